@@ -128,7 +128,7 @@ def test_the_stage_of_a_blow_shows_what_holds_the_tool(desk: Desk) -> None:
     before, stage = blown(page), "document.querySelector('#blow-stage')"
     for width, height in ((390, 844), (1366, 768)):
         page.set_viewport_size({"width": width, "height": height})
-        until(page, f"(one => one.width > 0.6 * {width} && one.width === Math.round(one.clientWidth))({stage})")
+        until(page, f"(one => one.width > 0.4 * {width} && one.width === Math.round(one.clientWidth))({stage})")
         assert {"feed 8 kN", "sleeve 1.8 kg", "bit of 2.2 kg, rock"} <= set(on_the_stage(page))
     shares = page.locator("#blow-shares")
     expect(shares).to_contain_text(re.compile("rock 66.*steel 9.*left in the tool 22.*the feed adds"))
@@ -181,7 +181,7 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     expect(page.locator("#verdict")).to_have_text("Runs")
     driven(page)
     si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
-    assert figure(page, "blow energy") == "301.1J"
+    assert figure(page, "blow energy") == "301J"
     assert float(figure(page, "striking speed").removesuffix("m/s")) == pytest.approx(
         si["impact_velocity_m_s"], rel=5e-3
     )
@@ -226,10 +226,10 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
         re.compile(r"force at the tool 2\.4\d* kN, which must be below 0 N")
     )
     expect(page.locator("#machine-obstacle")).to_contain_text("What would be needed: make the return force pull")
-    expect(page.locator("#machine-play")).to_be_hidden()
+    expect(page.locator("#machine-scale")).to_be_hidden()
     slide(page, "load-pressure", 200)
     expect(page.locator("#verdict")).to_have_text("Runs")
-    expect(page.locator("#machine-play")).to_be_visible()
+    expect(page.locator("#machine-scale")).to_be_visible()
     slide(page, "contact-restitution", 0)
     driven(page)
     assert knows(page, "core/state.js:data.tables.contact.restitution") == 0
@@ -255,9 +255,9 @@ def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRe
     page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
     slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
     page.wait_for_selector("#machine-stage:not([data-label^=runs])")
-    expect(page.locator("#machine-play")).to_be_visible()
+    expect(page.locator("#machine-scale")).to_be_visible()
     page.click("#machine-of-cycle")
-    expect(page.locator("#machine-play")).to_be_hidden()
+    expect(page.locator("#machine-scale")).to_be_hidden()
 
 
 def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:

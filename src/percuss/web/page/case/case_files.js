@@ -5,6 +5,7 @@ import { $, $$, h, put } from "../core/dom.js";
 import { number, percent, withUnit } from "../core/format.js";
 import { data, setTables, show, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
+import { takeBlows } from "../drawers/hammer_panel.js";
 
 const RECORDINGS = [".csv", ".txt", ".tsv", ".dat", ".mat", ".wav", ".h5", ".hdf5", ".tdms"];
 const parts = {};
@@ -96,9 +97,14 @@ function droppable() {
   addEventListener("drop", (event) => {
     if (!files(event)) return;
     event.preventDefault(); // else the browser would leave the page for the file
-    show({ panel: "case" });
     take([...event.dataTransfer.files]);
   });
+}
+
+/** Whether a table tells of blows, a row each, and not of a load over time. */
+async function tellsBlows(file) {
+  if (!file || !/\.(csv|txt|tsv)$/i.test(file.name)) return false;
+  return /(rebound|impact|striking)[_ ]?(speed|velocity)/i.test(await file.slice(0, 400).text());
 }
 
 /** A case, a case with its recording, or a recording for the case that is there. */
@@ -107,10 +113,13 @@ const take = (files) => during("case", taken(files));
 async function taken(files) {
   const [cases, recordings] = [files.filter(isCase), files.filter((file) => !isCase(file))];
   if (!files.length) return;
+  if (cases.length || !(await tellsBlows(recordings[0]))) show({ panel: "case", tall: 1 });
   if (cases.length > 1 || recordings.length > 1) {
     refuse([{ key: "", message: "several cases or several recordings at once", remedy: "pick one case and the recording that it names" }]);
   } else if (cases.length) {
     await readCase(cases[0], recordings[0] ?? null);
+  } else if (await tellsBlows(recordings[0])) {
+    return takeBlows(await recordings[0].text(), recordings[0].name);
   } else {
     const bag = new DataTransfer(); // as if it had been picked there: "Read it again" finds it
     bag.items.add(recordings[0]);
@@ -155,12 +164,14 @@ async function readHistory() {
     const found = await upload(`history?${words}`, file);
     put(parts.history, recording(found.report, found.notes));
     setTables({ ...data.tables, load: found.load });
+    parts.history.scrollIntoView({ block: "nearest" });
   } catch (error) {
     const list = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
     put(
       parts.history,
       list.map((p) => h("p", { class: "problem", role: "alert" }, [p.key && `${p.key}: `, said(p)])),
     );
+    parts.history.scrollIntoView({ block: "nearest" }); // a refusal out of sight is none
   }
 }
 

@@ -36,6 +36,7 @@ const typed = { vary: {}, limits: "", beside: "", given: "", hammers: 600, figur
 let running = null; // the abort controller of the question under way
 let answered = null; // the tables that the shown answer is of
 let blows = "";
+let blowsOf = ""; // the name of their file
 
 function startHammer(panel) {
   parts.form = h("form", { id: "hammer-form", onsubmit: (event) => (event.preventDefault(), run()) });
@@ -65,6 +66,15 @@ function besideA() {
   typed.beside = [line, ...others].filter(Boolean).join("\n");
   const area = document.getElementById("hammer-beside");
   if (area) area.value = typed.beside;
+}
+
+/** Measured blows, picked or dropped anywhere: the question is which numbers fit them. */
+export function takeBlows(text, name) {
+  blows = text;
+  blowsOf = name;
+  show({ panel: "hammer", ask: "identify" });
+  const place = document.getElementById("hammer-blows-of");
+  if (place) put(place, name);
 }
 
 const question = () => (view.ask in QUESTIONS ? view.ask : "design");
@@ -154,7 +164,8 @@ const FIELDS = {
       "label",
       { class: "pick" },
       h("span", {}, "Measured blows, a row each, as CSV: time [s], rebound speed [m/s], …"),
-      h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange: async (event) => (blows = (await event.target.files[0]?.text()) ?? "") }),
+      h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange: async ({ target: { files } }) => takeBlows((await files[0]?.text()) ?? "", files[0]?.name ?? "") }),
+      h("span", { id: "hammer-blows-of" }, blowsOf),
     ),
 };
 

@@ -9,6 +9,7 @@ import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, 
 import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
 import { forgetBlows, tellBlow } from "../map/blows_inset.js";
+import { onCycle } from "../motion/settled.js";
 import { Strip } from "../motion/strip.js";
 import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
@@ -85,7 +86,9 @@ function draw(motion) {
       forgetBlows();
     }
     if (parts.ruled !== motion.changed) {
-      stage.under(motion.motion, another ? { gap: -Math.max(motion.answer.stroke ?? 0, 0.1) } : undefined);
+      const { valve, restitution } = motion.motion;
+      const begun = motion.answer.blows.length ? onCycle(valve, restitution, motion.answer) : { gap: -0.1 };
+      stage.under(motion.motion, another ? begun : undefined);
       parts.ruled = motion.changed;
     }
     stage.settle(motion, sections);

@@ -432,7 +432,7 @@ export class Live {
     this.resting = false;
     this.hold = this.lying ? this.lying.parts(this._flight(), this.lying.found) : law.pulls(this.phase);
     const event = this._told(events, "release", 0, 0);
-    this.released.push({ ...this._mark_(event), at });
+    this.released.push({ ...this._mark_(event), at, shape: [...this.place_, ...this.rate_] });
     if (this.released.length > MARKS) this.released.shift();
   }
 

@@ -11,7 +11,7 @@
 // is waited for while it still comes nearer, as that of a motion that settles from both sides in turn does.
 
 /** @typedef {{phase: number, speed: number, period: number, time: number, state: string, gap: number, blows: number,
- *   rests: number, chatters: number, orders: number}} Mark one impact, or one change of the valve */
+ *   rests: number, chatters: number, orders: number, shape?: number[]}} Mark one impact, change of the valve, or release */
 /** @typedef {import("./live.js").Live} Live */
 /** @typedef {import("./live.js").Place} Place */
 /** @typedef {import("./flight.js").ValveModel} ValveModel */
@@ -44,10 +44,17 @@ function clocked(live) {
     const n = periods(before, now);
     if (n) return now.rests > before.rests ? rested(before, now, n) : `z=${p}/${n}`; // else the last bounces of a chatter
   }
-  const q = last && law.size > 1 ? cycle(released, turned) : 0; // which need not leave in one state
+  const q = last && law.size > 1 ? cycle(released, (a, b) => Math.max(turned(a, b), unlike(a, b))) : 0;
   if (!last || !q) return "";
   const before = released[released.length - 1 - q];
   return rested(before, last, periods(before, last));
+}
+
+/** How far the shapes and velocities in which a structure of several modes was let go are from each other.
+ * @param {Mark} a @param {Mark} b */
+function unlike({ shape: a = [] }, { shape: b = [] }) {
+  const size = Math.max(...a.map(Math.abs), 1e-300);
+  return a.reduce((most, one, i) => Math.max(most, Math.abs(one - b[i]) / size), 0);
 }
 
 /** Load periods from one mark to the other. @param {Mark} a @param {Mark} b */
@@ -59,11 +66,10 @@ const rested = (a, b, n) => `${b.chatters > a.chatters ? "chatter" : "rest"}/${n
 /** Whether the wall holds a structure of several modes for good. @param {Live} live */
 function lies({ law, lying, since, now, laid }) {
   if (!lying) return false;
-  if (law.steps) {
-    let slowest = Infinity;
-    for (let i = 0; i < lying.exponents.length; i += 2) slowest = Math.min(slowest, -lying.exponents[i]);
-    return now - laid > 30 / slowest + 2 * TURN; // its free motion has died out, and the wall has not let go for a period
-  }
+  let slowest = Infinity;
+  for (let i = 0; i < lying.exponents.length; i += 2) slowest = Math.min(slowest, -lying.exponents[i]);
+  if (now - laid > 30 / slowest + 2 * TURN) return true; // its free motion has died out, and a period has gone by since
+  if (law.steps) return false;
   let most = lying.steady; // of a pull
   for (let i = 0; i < lying.waved.length; i += 2) most += Math.hypot(lying.waved[i], lying.waved[i + 1]);
   for (let i = 0; i < lying.faded.length; i += 2)
