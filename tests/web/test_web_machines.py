@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, machine_answer
 from percuss.cli import main
-from web_desk import PLAYING, STATE, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
+from web_desk import PLAYING, STATE, Desk, blown, driven, figure, ink, knows, moved, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -319,21 +319,3 @@ def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pyt
     page.select_option("#field-load-kind", "square")
     expect(page.locator("#field-load-amplitude")).to_have_value(re.compile("N$"))
     expect(page.locator("#slide-kappa")).to_be_visible()
-
-
-def test_the_lesson_of_the_valve(desk: Desk) -> None:
-    page = desk.open("panel=lessons")
-    scene(page, 8, 1)
-    expect(page.locator("#verdict")).to_have_text("Unstable")
-    speed = float(figure(page, "striking speed"))
-    scene(page, 8, 3)
-    expect(page.locator("#verdict")).to_have_text("Runs")
-    driven(page)
-    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=5e-3)
-    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=5e-3)
-    expect(page.locator("#reason")).to_contain_text(re.compile("a disturbance settles to 1 % in (5|6) cycles"))
-    scene(page, 8, 4)
-    expect(page.locator("#verdict")).to_have_text("Runs")
-    slide(page, "load-ports-1-delay", 1.95)
-    driven(page)
-    expect(page.locator("#verdict")).to_contain_text("Double blow")

@@ -1,4 +1,4 @@
-"""The workbench in a real browser: motions seen and heard, reports, experiments and the lessons."""
+"""The workbench in a real browser: motions seen and heard, reports and experiments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from percuss.case import load_case, simulation_answer
 from percuss.case.case import case_of
 from web_desk import (
     BYTES,
-    PANELS,
     PLAYING,
     Desk,
     came,
@@ -28,7 +27,6 @@ from web_desk import (
     knows,
     let_go,
     moved,
-    scene,
     settled,
     slide,
     sound,
@@ -278,7 +276,7 @@ def test_the_page_places_blows_on_the_audio_clock(desk: Desk) -> None:
     assert page.evaluate("window.asked.length") == still
 
 
-# --- report, experiment, lessons
+# --- report, experiment
 
 
 def test_the_report_is_one_file(desk: Desk) -> None:
@@ -336,73 +334,27 @@ def test_an_experiment_can_be_interrupted_and_is_bounded(desk: Desk, request: py
     expect(page.locator("#experiment-files")).to_be_hidden()
 
 
-def test_the_fields_of_an_experiment_follow_a_lesson(desk: Desk) -> None:
-    page = desk.open("panel=experiment&machine=mini-breaker&starts=40&seed=7")
-    expect(page.locator("#experiment-starts")).to_have_value("40")
-    page.click("#tab-lessons")
-    page.get_by_role("button", name="Begin lesson 4").click()
-    page.get_by_role("button", name="3. Count the ends").click()
-    expect(page.locator("#experiment-starts")).to_have_value("300")
-    expect(page.locator("#experiment-seed")).to_have_value("1")
-
-
-def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
-    page = desk.open("lesson=2")
-    expect(page.locator("#lesson-words")).to_contain_text("Press a scene")
-    page.locator("#lesson-strip .try button").first.click()
-    expect(page.locator("#machine option:checked")).to_have_text("Pneumatic hammer")
-    expect(page.locator("#lesson-words")).not_to_contain_text("Press a scene")
-
-
-def test_every_scene_of_a_lesson_can_be_set(desk: Desk) -> None:
-    page = desk.open("panel=lessons")
-    expect(page.locator(".lesson")).to_have_count(9)
-    seen = []
-    for one in (one for lesson in knows(page, "lessons/lessons.js:LESSONS") for one in lesson["scenes"]):
-        assert one["show"] and one["say"] and one["view"].get("panel", "") in PANELS
-        simulated = {"start": one["start"], "simulation": {"modes": 0, "impacts": 1500}} if one.get("start") else {}
-        case = case_of({**one["case"], **simulated}) if "case" in one else load_case(one["machine"])
-        assert case.is_machine or case.system().load.load_factor > 0.0
-        if one["view"].get("source") == "start":
-            seen.append(simulation_answer(case).motion.label)
-    assert seen[:4] == ["z=1/1", "z=2/2", "z=4/4", "aperiodic"]  # period doubling, heard
-    assert seen[4:6] == ["chatter/1", "rest"]
-    assert seen[-1] == "aperiodic"  # the end of the cascade, and the last scene of all
-
-
-def test_a_lesson_begins_before_what_it_asks_to_cross(desk: Desk) -> None:
-    page = desk.open("panel=lessons")
-    for number in (1, 2):  # of the fold, with nothing said of the flip
-        scene(page, 1, number)
-        expect(page.locator("#verdict")).to_have_text("Stable")
-    slide(page, "load_factor", 0.75)
-    expect(page.locator("#verdict")).to_have_text("No steady motion")
-    scene(page, 2, 2)
-    expect(page.locator("#verdict")).to_have_text("Stable")
-    slide(page, "load_factor", 0.52)
-    expect(page.locator("#verdict")).to_have_text("Unstable")
-    expect(page.locator("#orbit-table .chosen")).to_contain_text("flip", ignore_case=True)
+REBOUND = "start.position=0&start.velocity=-2.4&start.time=2.85&simulation.modes=0&simulation.impacts=1500"
 
 
 def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
-    page = desk.open("panel=lessons")
-    meanings = ["one blow every load period", "2 blows in 2 load periods", "4 blows in 4 load periods", "never repeat"]
-    for number, (label, meaning) in enumerate(zip(["z=1/1", "z=2/2", "z=4/4", "aperiodic"], meanings, strict=True), 1):
-        scene(page, 3, number)
+    """Period doubling, as the server simulates it from a start."""
+    meanings = {1.0: "one blow every load period", 0.86: "2 blows in 2 load periods"}
+    meanings |= {0.805: "4 blows in 4 load periods", 0.788: "never repeat"}
+    for factor, label in zip(meanings, ["z=1/1", "z=2/2", "z=4/4", "aperiodic"], strict=True):
+        case = (
+            f"system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic&load.mean={factor}&load.amplitude=1"
+        )
+        page = desk.open(f"source=start&window=settled&cycles=8&{case}&{REBOUND}")
         expect(page.locator("#verdict")).to_have_text(f"Plays: {label}")
         expect(page.locator("#stage")).to_have_attribute("data-label", label)
-        expect(page.locator("#reason")).to_contain_text(meaning)
-        tables = knows(page, "core/state.js:data.tables")
-        summary = simulation_answer(case_of(tables, "lesson")).motion.summary
+        expect(page.locator("#reason")).to_contain_text(meanings[factor])
+        summary = simulation_answer(case_of(knows(page, "core/state.js:data.tables"), "doubling")).motion.summary
         assert summary.blow_energy is not None
         assert float(figure(page, "mean blow energy")) == pytest.approx(summary.blow_energy, rel=5e-3)
     page.click("#tab-orbits")
     page.get_by_role("button", name="Steady motion").click()
     expect(page.locator("#verdict")).to_have_text("Unstable")
-    scene(page, 5, 1)
-    expect(page.locator("#verdict")).to_have_text("Plays: chatter/1")
-    gap = "import('/static/core/state.js').then(m => document.querySelector('#motion-facts').innerText)"
-    assert "4 load periods" in page.evaluate(gap)
 
 
 def test_an_unstable_motion_is_not_called_steady_and_a_blow_counts_once(desk: Desk) -> None:

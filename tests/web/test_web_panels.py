@@ -155,16 +155,16 @@ def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, pla
     x, y = point(page, f"#{panel}", 0.6, 0.5)
     if panel == "map":
         before = canvas.get_attribute("data-design")
-        page.touchscreen.tap(x, y + 60)
+        page.touchscreen.tap(x, y + 15)
         finished(page)
         assert canvas.get_attribute("data-design") != before
     before, top = canvas.get_attribute(f"data-{place}"), page.evaluate(scrolled)
     finger = page.context.new_cdp_session(page)
     finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
-    for down in range(20, 220, 20):
-        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y + down}]})
+    for up in range(20, 220, 20):
+        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y - up}]})
     finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    until(page, f"{scrolled} < {top} - 100")
+    until(page, f"{scrolled} > {top} + 100")
     finished(page)
     assert canvas.get_attribute(f"data-{place}") == before
 

@@ -78,6 +78,7 @@ const whole = latest(
     if (question.key !== parts.key) return;
     if (question.show !== "start") drawn(blow, question);
     words(blow);
+    data.blow = { changed: JSON.parse(question.key)[0], contacts: blow.answer.contacts.length };
   },
   (error, question) => {
     if (question.show === "start" && error.status === 422) return; // the picture has told it

@@ -17,7 +17,7 @@ export const DEFAULTS = {
   orbit: 0, // 0: the one to look at first
 };
 
-export const view = store(DEFAULTS);
+export const view = store(/** @type {Record<string, any>} */ (DEFAULTS));
 
 /** `tables`: the case as it is now; `base`: the machine that it was made from. */
 export const data = store(/** @type {Record<string, any>} */ ({
@@ -33,6 +33,11 @@ export const data = store(/** @type {Record<string, any>} */ ({
   machine: null, // of a case whose load the piston switches: its cycle, instead of quick and steady
   played: null, // the motion that plays: {motion: {label, summary}, change}
   problems: [],
+  begin: { count: 0, state: null }, // counts the scenes of lessons; where the hammer begins, where it is not on its motion
+  label: "", // the name of the motion that goes on, as the stage has it
+  blows: [], // the speeds of its last blows under the present law
+  experiment: null, // the last one that was followed to its end: {starts}
+  blow: null, // the last blow that was followed by waves: {changed, contacts}
   ghost: null, // the motion at the point of the map that is looked at: {model, orbit}
   pinned: null, // the design that is kept as A: {tables, label, at, model, figures}
   changed: 0, // counts the changes of the case, so that late answers are known

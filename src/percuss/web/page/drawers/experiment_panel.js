@@ -173,6 +173,7 @@ function heard(event, found, asked) {
   }
   if (event !== "done") return;
   finished = asked;
+  data.experiment = { starts: asked.starts };
   parts.bar.value = 1;
   parts.files.hidden = false;
   const all = found.attractors ?? found.shares ?? [];

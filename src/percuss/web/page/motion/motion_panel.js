@@ -10,6 +10,7 @@ import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
 import { asked, chosen, data, isHeld, mover, obstacleOf, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
 import { heardAs } from "./sound.js";
+import { contactHappened, contactInset, showContact } from "./contact_inset.js";
 import { LiveStage } from "./live_stage.js";
 import { shapeOfCase } from "./shape.js";
 import { Strip } from "./strip.js";
@@ -22,6 +23,7 @@ export const defaults = {
   slow: "",
   grow: "1",
   cycles: 1,
+  contact: 0, // 1: the contact is magnified over the stage
   zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
 };
 
@@ -33,7 +35,7 @@ let key = "";
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMotion() {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
-  parts.stage = new LiveStage(canvas, { ticked, struck });
+  parts.stage = new LiveStage(canvas, { ticked, struck, happened: contactHappened });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   const { history, portrait, poincare } = motionCharts(startThere);
@@ -47,11 +49,12 @@ export function startMotion() {
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
   on("problems", () => data.problems.length && sourceProblems(data.problems));
+  on("view", () => showContact(Boolean(view.contact)));
   on("view", () => (parts.strip.follow(parts.stage, stripOf()), inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
   return {
-    stage: [h("div", { class: "stage" }, canvas), player(parts.stage)],
+    stage: [h("div", { class: "stage" }, canvas, contactInset()), player(parts.stage)],
     strip: [history, parts.strip.figure],
     toggle,
     portrait,
@@ -77,7 +80,7 @@ function law() {
   if (!quick || !inSight() || view.source !== "orbit") return;
   const { stage } = parts;
   stage.force = force();
-  const one = [view.machine, view.lesson, view.scene, isHeld()].join();
+  const one = [view.machine, view.lesson, view.scene, data.begin.count, isHeld()].join();
   if (quick.changed === ruled && one === hammer) return;
   ruled = quick.changed;
   if (one !== hammer) stage.forget();
@@ -87,6 +90,7 @@ function law() {
     hammer = one;
     shownOrbit = "";
     forgetBlows();
+    if (data.begin.state) begun();
   }
   another();
   const now = chosen()?.quick; // an unstable motion goes on as a dashed line, and the hammer leaves it
@@ -106,6 +110,12 @@ function another() {
   parts.stage.beside("unstable", orbit.stable ? null : data.quick.motion, orbit);
   if (orbit.stable) parts.stage.put({ gap: 0, velocity: -restitution * orbit.impact_velocity, phase: orbit.phase });
   else parts.stage.leave(orbit, restitution);
+}
+
+/** A scene has a place of its own for the hammer, in sight of the motion that it is about. */
+function begun() {
+  parts.stage.put(data.begin.state);
+  shownOrbit = [hammer, view.m, view.orbit].join();
 }
 
 /** The design that is pinned as A moves beside the present one. */
@@ -312,7 +322,20 @@ const shown = framed(cursor);
 function ticked(time) {
   parts.stage.sounds(data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz, data.info?.scales?.energy_J);
   parts.strip.follow(parts.stage, stripOf());
+  tellLabel();
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
+}
+
+let labelled = 0;
+
+/** What goes on is told a few times a second, when it is of the present law. */
+function tellLabel() {
+  const { live, exact } = parts.stage;
+  const when = performance.now();
+  if (when - labelled < 250 || ruled !== data.changed || !live) return;
+  labelled = when;
+  data.label = exact ? (motion?.label ?? "") : live.label();
+  data.blows = exact || !live.struck ? [] : live.blows.slice(-live.struck).map(({ speed }) => speed);
 }
 
 function struck(event) {
