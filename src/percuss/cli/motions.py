@@ -224,7 +224,7 @@ assumed; then its blow by waves and the fatigue of its steel, where it has a too
 def report(parser: Parser, options: argparse.Namespace) -> int:
     """Answer, blow and fatigue of one case as a file."""
     from percuss.case import MachineAnswer
-    from percuss.case.answers.exploring.reported import reported_answers
+    from percuss.case.answers.reported import reported_answers
     from percuss.cli.report_printing import filed
 
     case, cut = named_case(options.case), ""

@@ -11,7 +11,7 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.case import MACHINES
-from percuss.case.answers.exploring.reported import reported_answers
+from percuss.case.answers.reported import reported_answers
 from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
