@@ -213,7 +213,7 @@ def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> N
 
 
 def test_all_branches_are_drawn_and_each_can_be_looked_at(desk: Desk) -> None:
-    page = desk.open(f"panel=branches&{RIGID}&alongr=0.62:0.72&depth=0")
+    page = desk.open(f"panel=branches&tall=1&{RIGID}&alongr=0.62:0.72&depth=0")
     followed(page)
     before = ink(page, "#branches")
     page.select_option("#branches-up-to", "2/2")

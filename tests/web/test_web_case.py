@@ -228,7 +228,8 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
         held(desk.page, dear)
     page = desk.open("machine=mini-breaker&x=bar.length&xr=300:340 mm")
     expect(page.locator("#map-x-from")).to_have_value("300")
-    page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
+    bar = "{ ...data.tables, bar: { ...data.tables.bar, length: '32 cm' } }"  # as a file may have it
+    page.evaluate(f"import('/static/core/state.js').then(({{ data, setTables }}) => setTables({bar}))")
     settled(page)
     assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
     page.click("#tab-blow")

@@ -147,23 +147,24 @@ PHONE = [{"viewport": {"width": 390, "height": 844}, "has_touch": True}]
 @pytest.mark.parametrize(("panel", "place"), [("map", "design"), ("branches", "spot")])
 def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, place: str) -> None:
     page = desk.open(f"panel={panel}&machine=mini-breaker")
-    canvas, scroll = page.locator(f"#{panel}"), "document.querySelector('#screen')"
-    page.evaluate(f"{scroll}.scrollTo(0, 1e6)")
+    canvas = page.locator(f"#{panel}")
+    scrolled = "[...document.querySelectorAll('#screen, .drawer-body')].reduce((sum, one) => sum + one.scrollTop, 0)"
     page.wait_for_selector(f"#{panel}[data-{place}]")
     finished(page)
+    canvas.evaluate("canvas => canvas.scrollIntoView({ block: 'center' })")
     x, y = point(page, f"#{panel}", 0.6, 0.5)
     if panel == "map":
         before = canvas.get_attribute("data-design")
-        page.touchscreen.tap(x, y + 60)
+        page.touchscreen.tap(x, y + 15)
         finished(page)
         assert canvas.get_attribute("data-design") != before
-    before, top = canvas.get_attribute(f"data-{place}"), page.evaluate(f"{scroll}.scrollTop")
+    before, top = canvas.get_attribute(f"data-{place}"), page.evaluate(scrolled)
     finger = page.context.new_cdp_session(page)
     finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
-    for down in range(20, 220, 20):
-        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y + down}]})
+    for up in range(20, 220, 20):
+        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y - up}]})
     finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    until(page, f"{scroll}.scrollTop < {top} - 100")
+    until(page, f"{scrolled} > {top} + 100")
     finished(page)
     assert canvas.get_attribute(f"data-{place}") == before
 
@@ -360,7 +361,7 @@ def test_a_range_that_is_none_is_told_and_no_map_is_shown_over_another(
     page.fill("#map-x-from", "0.1")
     page.keyboard.press("Tab")
     expect(page.locator("#map-range-problem")).to_have_text("")
-    assert page.evaluate("document.activeElement.id") == "map-x-to"  # Tab leads on, though the map is another
+    assert page.evaluate("document.activeElement.id") == "map-x"  # Tab leads on, though the map is another
     until(page, "location.hash.includes('xr=0.1:0.9')")
     page.wait_for_selector("#map[data-fine='200']")
     page.fill("#map-x-from", "-3")
