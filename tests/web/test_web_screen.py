@@ -12,7 +12,7 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import Page, expect
 
 from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES
-from web_desk import Desk, came, figure, held, knows, let_go, settled, slide, until
+from web_desk import Desk, came, figure, finished, held, knows, let_go, settled, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -120,24 +120,25 @@ BOXES = """() => {
 
 def test_nothing_jumps_while_a_slider_is_dragged_across_the_flip_and_the_fold(desk: Desk) -> None:
     page = desk.open("machine=mini-breaker")
-    settled(page)
-    slider = page.locator("#slide-load_factor").bounding_box()
-    assert slider is not None
+    finished(page)
     seen: dict[str, set[str]] = {}
     verdicts = set()
-    y = slider["y"] + slider["height"] / 2
-    page.mouse.move(slider["x"] + 0.2 * slider["width"], y)
-    page.mouse.down()
-    for share in (*range(20, 100, 4), *range(98, 20, -6)):
-        page.mouse.move(slider["x"] + 0.01 * share * slider["width"], y)
-        page.wait_for_timeout(40)
-        verdict, boxes = page.evaluate(BOXES)
-        verdicts.add(verdict)
-        for name, box in boxes:
-            seen.setdefault(name, set()).add(box)
-    page.mouse.up()
+    for name in ("load_factor", "bar-length"):  # along the map, and to another map
+        slider = page.locator(f"#slide-{name}").bounding_box()
+        assert slider is not None
+        y = slider["y"] + slider["height"] / 2
+        page.mouse.move(slider["x"] + 0.2 * slider["width"], y)
+        page.mouse.down()
+        for share in (*range(20, 100, 4), *range(98, 20, -6)):
+            page.mouse.move(slider["x"] + 0.01 * share * slider["width"], y)
+            page.wait_for_timeout(40)
+            verdict, boxes = page.evaluate(BOXES)
+            verdicts.add(verdict)
+            for place, box in boxes:
+                seen.setdefault(place, set()).add(box)
+        page.mouse.up()
     assert verdicts >= {"Stable", "Unstable", "No steady motion"}
-    assert {name: boxes for name, boxes in seen.items() if len(boxes) > 1} == {}
+    assert {place: boxes for place, boxes in seen.items() if len(boxes) > 1} == {}
 
 
 # --- what is typed beside a slider
