@@ -23,7 +23,7 @@ from web_desk import Desk, driven, figure, scene, settled, until
 
 pytestmark = pytest.mark.browser
 
-LATER = ("map", "boundaries", "follow", "steady")  # which no lesson waits for
+LATER = ("follow", "steady")  # which no lesson waits for
 SMALL = [{"viewport": {"width": 1366, "height": 650}}]
 
 # Pictures play so many times as fast: their clock is that of the frames.

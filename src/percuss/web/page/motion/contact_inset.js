@@ -75,11 +75,7 @@ function draw() {
   pen.font = "10.5px system-ui, sans-serif";
   pen.fillStyle = ink;
   const curves = flights().filter((one) => one.every(({ left, gap }) => left > 0 && gap > 0));
-  pen.fillText(
-    curves.length ? `the contact: the last bounces before the rest` : "the contact: no rest on the wall yet",
-    LEFT,
-    13,
-  );
+  pen.fillText(curves.length ? "the contact before the last rest" : "the contact: no rest yet", LEFT, 13);
   canvas.dataset.bounces = String(curves.length);
   canvas.setAttribute("aria-label", `The contact, magnified: ${curves.length} bounces before the rest`);
   if (!curves.length) return;
