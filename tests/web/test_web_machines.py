@@ -188,7 +188,7 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=5e-3)
     assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=5e-3)
     until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
-    expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
+    expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text(re.compile(r"1/\d+ speed"))
     page.click("#machine-play")
     expect(page.locator("#machine-play")).to_have_attribute("aria-label", "Play")
     drawn = []

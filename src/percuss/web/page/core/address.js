@@ -78,7 +78,11 @@ export async function fromAddress(text, fallback, served) {
     info = await machineTables(view.machine);
     tables = info.tables;
   }
-  for (const [key, value] of keys) tables = withKey(tables, key, value === "" ? undefined : inOwnUnit(read(key, value), valueAt(tables, key)));
+  const plain = keys.some(([key]) => key.startsWith("system.")); // the dimensionless form of a machine has no units
+  for (const [key, value] of keys) {
+    const given = value === "" ? undefined : read(key, value);
+    tables = withKey(tables, key, plain ? given : inOwnUnit(given, valueAt(tables, key)));
+  }
   for (const table of TABLES) {
     const inside = tables[table];
     if (inside && !Object.keys(inside).length) delete tables[table];
