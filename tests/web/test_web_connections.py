@@ -539,8 +539,8 @@ async def test_the_lane_is_free_when_the_client_has_left(path: str, more: dict[s
 
 @pytest.mark.parametrize("path", ["/api/steady", "/api/report"])
 def test_motions_that_nobody_would_wait_for_are_refused(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for room in ("orbit_routes", "case_routes"):
-        monkeypatch.setattr(f"percuss.web.{room}.steady_answer", lambda *_: pytest.fail("it was begun"))
+    for name in ("orbit_routes.steady_answer", "case_routes.reported_answers"):
+        monkeypatch.setattr(f"percuss.web.{name}", lambda *_: pytest.fail("it was begun"))
     asked = {"case": _hard(1024), "modes": 256, "periods": list(range(1, 9))}
     problem = Client().problems(path, asked)[0]
     assert problem["key"] == "periods" and "harmonics" in problem["message"]

@@ -192,7 +192,7 @@ def test_a_link_reproduces_an_uploaded_case(desk: Desk, browser: Browser, server
     page = desk.open("panel=case&machine=mini-breaker")
     page.set_input_files("#upload-toml", path)
     expect(page.locator("#machine option:checked")).to_have_text("A hammer of my own")
-    page.keyboard.press("Escape")
+    page.click("#drawer-close")
     page.select_option("#map-q", "reduced_margin")
     until(page, "location.hash.includes('q=reduced_margin') && !location.hash.includes('machine=')")
     other = Desk(browser, server)

@@ -753,7 +753,9 @@ def test_a_machine_on_its_pump_has_the_modes_and_the_report_that_are_asked_for(c
     tables = client.get("/api/machines/valve-breaker").json()["tables"]
     tables["load"]["supply"] = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar"}
     page = client.post("/api/report", json={"case": tables, "modes": 2, "simulate": True}).text
-    assert "Simulated motion" in page and page.count("<svg") == 3  # the hammer to scale, its cycle, and that motion
+    assert (
+        "Simulated motion" in page and page.count("<svg") == 4
+    )  # to scale, its cycle, the motion, its blow
     header, arrays = client.arrays("/api/machine", {"case": tables, "modes": 4, "whole": False})
     assert header["runs"] and header["modes"] == 4
     pushing = arrays["force"][arrays["state"] == 1].astype(float)
@@ -961,7 +963,7 @@ def test_the_report_is_one_file_in_one_kind_of_units(client: Client) -> None:
     tables = json_tables(load_case("mini-breaker"))
     tables["title"] = '<script>alert("$x")</script> & $\\frac{'
     text = client.post("/api/report", {"case": tables, "simulate": True}).text
-    assert "<script" not in text and text.count("<svg") == 3 and "default-src 'none'" in text
+    assert "<script" not in text and text.count("<svg") == 4 and "default-src 'none'" in text
     system = load_case("mini-breaker").system()
     orbit = steady_states(system).orbits[-1]
     assert f"{orbit.impact_velocity * system.speed_scale:.4g} m/s" in text

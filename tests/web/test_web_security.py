@@ -844,7 +844,9 @@ def test_heads_and_trailers_are_bounded(server: tuple[subprocess.Popen[str], str
     process, base = server
     chunk = b'1a\r\n{"machine":"mini-breaker"}\r\n0\r\n'
     assert _sent(base, QUICK + b"Transfer-Encoding: chunked\r\n\r\n" + chunk + b"\r\n")[:12] == b"HTTP/1.1 200"
-    early = _memory(process.pid)  # with the kernels
+    while not httpx.get(f"{base}/api/about").json()["ready"]:  # with the kernels
+        time.sleep(0.1)
+    early = _memory(process.pid)
     for endless in (b"X: " + b"a" * 1_000_000, b"X: a\r\n" * 100_000):
         assert _sent(base, b"GET / HTTP/1.1\r\n", HEAD, *[endless] * 30)[:12] in (b"HTTP/1.1 400", b"")
     assert _sent(base, b"GET /", *[b"a" * 1_000_000] * 30)[:12] in (b"HTTP/1.1 400", b"")

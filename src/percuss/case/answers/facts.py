@@ -17,8 +17,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-import numpy as np
-
 if TYPE_CHECKING:
     from percuss.model import Machine, System
 
@@ -151,6 +149,8 @@ def plain(values: dict[str, Any]) -> dict[str, Any]:
 def plain_value(value: Any) -> Any:
     """The same of one value; a complex number is a pair."""
     if hasattr(value, "tolist"):
+        import numpy as np
+
         if value.dtype.kind in "fiu" and np.isfinite(value).all():
             return value.tolist()  # as the longest lists are: not number by number
         value = value.tolist()

@@ -113,7 +113,7 @@ const take = (files) => during("case", taken(files));
 async function taken(files) {
   const [cases, recordings] = [files.filter(isCase), files.filter((file) => !isCase(file))];
   if (!files.length) return;
-  if (cases.length || !(await tellsBlows(recordings[0]))) show({ panel: "case", tall: 1 });
+  if (recordings.length && !(await tellsBlows(recordings[0]))) show({ panel: "case", tall: 1 }); // how it was read is told there
   if (cases.length > 1 || recordings.length > 1) {
     refuse([{ key: "", message: "several cases or several recordings at once", remedy: "pick one case and the recording that it names" }]);
   } else if (cases.length) {
@@ -148,6 +148,7 @@ async function readRecorded(file, record) {
 }
 
 function refuse(problems) {
+  show({ panel: "case", tall: 1 });
   refused = { problems, change: data.changed };
   parts.told();
 }
