@@ -459,6 +459,11 @@ def test_pictures(desk: Desk) -> None:
     for name, words in views.items():
         page = desk.open(words)
         settled(page)  # with the last points of all curves
+        if name in ("screen", "map"):
+            page.click("#play")
+            until(page, "Number(document.querySelector('#stage').dataset.blows) > 9")
+            page.click("#play")
+            settled(page)
         if name == "blow":
             blown(page)
             page.locator("#blow-scrub").evaluate("s => { s.value = 100; s.dispatchEvent(new Event('input')); }")
