@@ -228,6 +228,7 @@ export class LiveStage extends Stage {
     hushLive();
     this.exact = true;
     this.time = this.phaseInFrames(this.motion);
+    this.loudest = Math.max(1e-30, ...this.heard.map(({ energy }) => energy ?? 0)); // not a harder blow on the way here
     this.settled?.();
   }
 
