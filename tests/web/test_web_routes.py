@@ -753,9 +753,7 @@ def test_a_machine_on_its_pump_has_the_modes_and_the_report_that_are_asked_for(c
     tables = client.get("/api/machines/valve-breaker").json()["tables"]
     tables["load"]["supply"] = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar"}
     page = client.post("/api/report", json={"case": tables, "modes": 2, "simulate": True}).text
-    assert (
-        "Simulated motion" in page and page.count("<svg") == 4
-    )  # to scale, its cycle, the motion, its blow
+    assert "Simulated motion" in page and page.count("<svg") == 4  # to scale, its cycle, the motion, its blow
     header, arrays = client.arrays("/api/machine", {"case": tables, "modes": 4, "whole": False})
     assert header["runs"] and header["modes"] == 4
     pushing = arrays["force"][arrays["state"] == 1].astype(float)
