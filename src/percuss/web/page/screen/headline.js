@@ -118,7 +118,7 @@ function figures({ quick, full }) {
 function figure([name, value, unit]) {
   if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
   const [told, inUnits] = (SCALED.has(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
-  const other = pinnedFigures()?.find(([one]) => one === name)?.[1];
+  const other = pinnedFigures()?.find(([one, , own]) => one === name && own === unit)?.[1];
   const more = other ? 100 * (value / other - 1) : Number.NaN;
   const beside = Number.isFinite(more) ? ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %` : "";
   return h("div", {}, h("dd", {}, told, inUnits && h("small", {}, inUnits)), h("dt", {}, name, beside && h("span", { class: "beside" }, beside)));
