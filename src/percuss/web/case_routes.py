@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from fastapi import Path, Query
@@ -258,7 +259,7 @@ def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     periods = tuple(sorted(set(asked.periods)))
     if not case.is_machine:
         check_steady(case.system(), periods, asked.modes, terms.limits)
-    answer, blow = reported_answers(case, asked.modes, periods)
+    answer, blow = reported_answers(case, asked.modes, periods, fatigue=find_spec("rainflow") is not None)
     with DRAWING:
         if asked.paper:
             return Attachment(report_pdf(case, answer, motion, blow, asked.paper), "report.pdf", "application/pdf")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def reported_answers(
-    case: Case, modes: int | None = None, periods: Sequence[int] = (1,)
+    case: Case, modes: int | None = None, periods: Sequence[int] = (1,), *, fatigue: bool = True
 ) -> tuple[SteadyAnswer | MachineAnswer, BlowAnswer | None]:
     """Its answer, and its blow with the fatigue of its steel where it runs and strikes a tool.
 
@@ -25,6 +25,8 @@ def reported_answers(
     ----------
     modes, periods
         As `steady_answer` and `machine_answer` take them.
+    fatigue
+        Whether the blow tells it, which needs the package `rainflow` of the extra `io`.
     """
     answer: SteadyAnswer | MachineAnswer
     answer = machine_answer(case, modes) if case.is_machine else steady_answer(case, tuple(periods), modes)
@@ -34,5 +36,5 @@ def reported_answers(
     speed = whole.value("rigid_velocity")
     if case.tables.tool is not None and speed is not None and speed > 0.0:
         own = case.blow_question().velocity is None  # else the blow is that of the cycle all the same
-        blow = blow_answer(case, None if own else speed, fatigue=case.is_si)
+        blow = blow_answer(case, None if own else speed, fatigue=fatigue and case.is_si)
     return answer, blow

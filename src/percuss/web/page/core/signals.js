@@ -1,5 +1,5 @@
 // @ts-check
-// What is known, and what follows from it: signals, values computed from them, and effects that run when one they have
+// What is known, and what follows from it: signals, and effects that run when one they have
 // read is another. Effects run together, in a microtask, after all that changes at once has changed; each once.
 
 /** @typedef {{ sources: Set<Source>, again: () => void }} Reader */
@@ -24,7 +24,7 @@ function forget(reader) {
   reader.sources.clear();
 }
 
-/** @template T @param {Reader | null} reader @param {() => T} action */
+/** @template T @param {Reader} reader @param {() => T} action */
 function within(reader, action) {
   const before = reading;
   reading = reader;
@@ -34,9 +34,6 @@ function within(reader, action) {
     reading = before;
   }
 }
-
-/** What an action reads without being told when it changes. @template T @param {() => T} action */
-export const untracked = (action) => within(null, action);
 
 /** A value that tells who has read it when it is another. @template T @param {T} initial @returns {Signal<T>} */
 export function signal(initial) {
@@ -54,39 +51,6 @@ export function signal(initial) {
       for (const reader of [...source.readers]) reader.again();
     },
     peek: () => value,
-  };
-}
-
-/** A value that follows from others, computed when it is read; objects with equal JSON count as equal, so that who reads
- * a key or a list of names is told only of another one. @template T @param {() => T} follows */
-export function computed(follows) {
-  const own = signal(/** @type {T | undefined} */ (undefined));
-  let [stale, text] = [true, ""];
-  /** @type {Reader} */
-  const reader = {
-    sources: new Set(),
-    again() {
-      if (stale) return;
-      stale = true;
-      forget(reader);
-      later(check);
-    },
-  };
-  const check = new Effect(() => void look());
-  function look() {
-    if (!stale) return;
-    stale = false;
-    const next = within(reader, follows);
-    const now = typeof next === "object" ? (JSON.stringify(next) ?? "") : "";
-    if (!now || now !== text) own.value = next;
-    text = now;
-  }
-  return {
-    get value() {
-      look();
-      return /** @type {T} */ (own.value);
-    },
-    peek: () => (look(), /** @type {T} */ (own.peek())),
   };
 }
 

@@ -2,13 +2,13 @@
 // The head of the page: which machine, what was changed in it, undo and redo, the places, sound, theme, links and files.
 
 import { differences, redo, undo, undone } from "../core/address.js";
-import { $, h, put } from "../core/dom.js";
+import { $, flushFrames, h, put } from "../core/dom.js";
 import { system, useSystem } from "../core/format.js";
+import { valueAt } from "../core/moves.js";
 import { effect } from "../core/signals.js";
-import { chosen, data, pickMachine, presentValues, setKey, show, tell, view } from "../core/state.js";
+import { chosen, data, pickMachine, presentValues, setKey, setTables, show, tell, view } from "../core/state.js";
 import { setSound, soundOn } from "../motion/sound.js";
 import { forPaper, forgetTheme } from "../pictures/colours.js";
-import { flushFrames } from "../core/dom.js";
 import { opener } from "./drawers.js";
 import { presentFigures } from "./headline.js";
 import { shareMenu } from "./share.js";
@@ -150,24 +150,16 @@ function one([key, now, before]) {
   const name = data.info?.parameters.find((/** @type {any} */ p) => p.name === key)?.label ?? key;
   const back = h(
     "button",
-    { type: "button", class: "link", onclick: () => setKey(key, data.base && valueOf(key)) },
+    { type: "button", class: "link", onclick: () => setKey(key, valueAt(data.base ?? {}, key)) },
     before || "none",
   );
   return h("li", {}, `${name}: ${now || "none"} (was `, back, ")");
 }
 
-/** @param {string} key */
-const valueOf = (key) =>
-  key
-    .split(/[.[\]]+/)
-    .filter(Boolean)
-    .reduce((/** @type {any} */ found, step) => found?.[step], data.base);
-
 /** @param {(error: unknown) => void} failed */
 function restore(failed) {
   if (view.machine) return pickMachine(view.machine).catch(failed);
-  const { base } = data;
-  import("../core/state.js").then(({ setTables }) => setTables(base));
+  setTables(data.base);
 }
 
 /** @param {KeyboardEvent} event */

@@ -5,6 +5,7 @@ import { writeAddress } from "../core/address.js";
 import { post } from "../core/api.js";
 import { fileName } from "../case/case_files.js";
 import { h } from "../core/dom.js";
+import { valueAt } from "../core/moves.js";
 import { data, switchesItself, view } from "../core/state.js";
 import { changed, toast } from "./header.js";
 
@@ -78,15 +79,7 @@ async function python() {
     const file = `${fileName()}.toml`;
     return `from pathlib import Path\n\nfrom percuss.case import Case, ${answer}\n\nPath("${file}").write_text('''\\\n${toml.replaceAll("\\", "\\\\")}''')\nprint(${answer}(Case.read("${file}")).to_json_dict())\n`;
   }
-  const values = changed().map(
-    ([key]) =>
-      `    "${key}": ${literal(
-        key
-          .split(/[.[\]]+/)
-          .filter(Boolean)
-          .reduce((/** @type {any} */ found, step) => found?.[step], data.tables),
-      )},\n`,
-  );
+  const values = changed().map(([key]) => `    "${key}": ${literal(valueAt(data.tables, key))},\n`);
   const varied = values.length ? `.varied({\n${values.join("")}})` : "";
   return `from percuss.case import load_case, ${answer}\n\ncase = load_case("${view.machine}")${varied}\nprint(${answer}(case).to_json_dict())\n`;
 }
