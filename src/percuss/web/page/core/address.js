@@ -1,3 +1,4 @@
+// @ts-check
 // The address bar holds the whole state: the view and what the case changes in its machine, as readable words.
 //   #panel=map&machine=mini-breaker&load.mean=800 N&contact.restitution=0.3
 
@@ -26,24 +27,30 @@ export function address() {
     .replaceAll("%3A", ":");
 }
 
-const keysOf = (tables) => [
+/** @typedef {import("./moves.js").Tables} Tables */
+
+const keysOf = (/** @type {Tables} */ tables) => [
   ...(tables.title === undefined ? [] : ["title"]),
   ...TABLES.flatMap((table) => Object.keys(tables[table] ?? {}).map((name) => `${table}.${name}`)),
 ];
 
-/** What one case has other than another: [key, its text, the other's text], "" for none. */
+/** What one case has other than another: [key, its text, the other's text], "" for none. @param {Tables} tables @param {Tables} base
+ * @returns {[key: string, text: string, other: string][]} */
 export function differences(tables, base) {
+  /** @type {[string, string, string][]} */
   const found = [];
   for (const key of keysOf(tables)) {
     const [text, other] = [tables, base].map((one) => written(valueAt(one, key)) ?? "");
     if (text !== other) found.push([key, text, other]);
   }
-  for (const key of keysOf(base)) if (valueAt(tables, key) === undefined) found.push([key, "", written(valueAt(base, key))]);
+  for (const key of keysOf(base))
+    if (valueAt(tables, key) === undefined) found.push([key, "", written(valueAt(base, key))]);
   return found;
 }
 
-const written = (value) => (typeof value === "string" ? value : JSON.stringify(value));
+const written = (/** @type {any} */ value) => (typeof value === "string" ? value : JSON.stringify(value));
 
+/** @param {string} key @param {string} text */
 function read(key, text) {
   if (key === "title") return text;
   if (/^([-+.\d]|\[|\{|true$|false$)/.test(text)) {
@@ -58,9 +65,10 @@ function read(key, text) {
 
 /** Read the address into `view`. The case that it stands for, {info?, tables}, with `info` when a machine is behind it;
  * without a case in the address the one that is `served`, else the machine `fallback`; `base` is the case before the
- * changes that the address tells. */
+ * changes that the address tells. @param {string} text @param {string} fallback @param {() => Promise<any>} served */
 export async function fromAddress(text, fallback, served) {
   const words = new URLSearchParams([location.search.slice(1), text.replace(/^#/, "")].filter(Boolean).join("&"));
+  /** @type {[string, string][]} */
   const keys = [];
   Object.assign(view, DEFAULTS);
   for (const [name, value] of words) {
@@ -68,6 +76,7 @@ export async function fromAddress(text, fallback, served) {
     else if (name === "title" || TABLES.includes(name.split(".")[0])) keys.push([name, value]);
   }
   let info = null;
+  /** @type {Tables} */
   let tables = {};
   if (!view.machine && !keys.length) {
     const own = await served();
@@ -90,6 +99,7 @@ export async function fromAddress(text, fallback, served) {
   return { info, tables, base: info?.tables ?? tables };
 }
 
+/** @param {string} text @param {number} otherwise */
 function whole(text, otherwise) {
   const value = Number.parseInt(text, 10);
   return Number.isSafeInteger(value) && value >= 0 ? value : otherwise;
@@ -110,12 +120,12 @@ export const redo = () => step < last && history.forward();
 const tellSteps = () => (undone.value = { back: step > 0, forth: step < last });
 
 /** The part of the address that is the design; the rest is how it is looked at. */
-const designOf = (text) =>
+const designOf = (/** @type {string} */ text) =>
   [...new URLSearchParams(text.replace(/^#/, ""))]
     .filter(([name]) => ["machine", "m", "title"].includes(name) || TABLES.includes(name.split(".")[0]))
     .join("&");
 
-/** Whether an event begins a gesture: letting a slider go ends one, and what is typed into a field is one. */
+/** Whether an event begins a gesture: letting a slider go ends one, and what is typed into a field is one. @param {any} event */
 function begins({ type, target, key, repeat }) {
   if (type === "change") return target.type !== "range";
   const typed = type === "keydown" && /^(text|number|textarea)$/.test(target.type);
@@ -123,7 +133,7 @@ function begins({ type, target, key, repeat }) {
 }
 
 /** Number the entry of the browser's history that is shown. */
-const keepStep = (number) => history.replaceState({ step: (step = number) }, "");
+const keepStep = (/** @type {number} */ number) => history.replaceState({ step: (step = number) }, "");
 
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
@@ -151,7 +161,7 @@ export function writeAddress() {
   tellSteps();
 }
 
-/** Tell when the user changes the address, or goes back. */
+/** Tell when the user changes the address, or goes back. @param {(hash: string) => void} changed */
 export function followAddress(changed) {
   const look = () => {
     if (location.hash === mine) return;

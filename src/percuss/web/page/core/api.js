@@ -1,3 +1,4 @@
+// @ts-check
 // The door to the server. Every number that the page shows comes through here.
 
 import { $ } from "./dom.js";
@@ -13,35 +14,38 @@ export function takeToken() {
   history.replaceState(null, "", `${location.pathname}#${found[2]}`);
 }
 
-/** What the server refused, with the problems as it told them: [{key, value, message, remedy}]. */
+/** What the server refused, with the problems as it told them.
+ * @typedef {{ key: string, value: any, message: string, remedy: string }} Problem */
 export class Refusal extends Error {
-  constructor(status, problems, retry) {
+  /** @param {number} status @param {Problem[]} problems */
+  constructor(status, problems) {
     super(
       problems.map((p) => [p.message, p.remedy].filter(Boolean).join(" — ")).join("\n") ||
         `The server answered ${status}.`,
     );
     this.status = status;
     this.problems = problems;
-    this.retry = retry;
   }
 }
 
+/** @param {Record<string, string>} [extra] */
 function headers(extra = {}) {
   const token = sessionStorage.getItem(TOKEN);
   return token ? { ...extra, Authorization: `Bearer ${token}` } : extra;
 }
 
-const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+const pause = (/** @type {number} */ milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 const AGAIN = 2000; // ms until a server that does not answer is asked again
 
-/** What the server answers; while it does not, as when it is started again, the page says so and goes on asking. */
+/** What the server answers; while it does not, as when it is started again, the page says so and goes on asking.
+ * @param {string} path @param {RequestInit & { headers?: Record<string, string> }} options @returns {Promise<Response>} */
 async function reached(path, options) {
   for (;;) {
     try {
       const response = await fetch(`/api/${path}`, { ...options, headers: headers(options.headers) });
       $("#away").hidden = true;
       return response;
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name === "AbortError") throw error;
       $("#away").hidden = false;
       await pause(AGAIN);
@@ -49,6 +53,7 @@ async function reached(path, options) {
   }
 }
 
+/** @param {string} path @param {any} options @returns {Promise<Response>} */
 async function ask(path, options, tries = 4) {
   const response = await reached(path, options);
   if (response.ok) return response;
@@ -60,7 +65,9 @@ async function ask(path, options, tries = 4) {
   throw await refusal(response);
 }
 
+/** @param {Response} response */
 async function refusal(response) {
+  /** @type {Problem[]} */
   let problems = [];
   try {
     problems = (await response.json()).problems ?? [];
@@ -73,51 +80,62 @@ async function refusal(response) {
   return new Refusal(response.status, problems);
 }
 
-const posted = (body, signal) => ({
+const posted = (/** @type {any} */ body, /** @type {AbortSignal | undefined} */ signal = undefined) => ({
   method: "POST",
   headers: { "Content-Type": "application/json" },
   body: JSON.stringify(body),
   signal,
 });
 
-/** What `taken` makes of a response; it is under way under the first word of its path, or by a `name` of its own. */
-const answered = (path, options, taken, name = /^\w+/.exec(path)[0]) => during(name, ask(path, options).then(taken));
+/** What `taken` makes of a response; it is under way under the first word of its path, or by a `name` of its own.
+ * @template T @param {string} path @param {any} options @param {(response: Response) => T | Promise<T>} taken
+ * @param {string} [name] */
+const answered = (path, options, taken, name = /^\w+/.exec(path)?.[0] ?? "") =>
+  during(name, ask(path, options).then(taken));
 
+/** @param {Response} response @returns {Promise<any>} */
 const json = (response) => response.json();
 
-export const get = (path) => answered(path, {}, json);
+export const get = (/** @type {string} */ path) => answered(path, {}, json);
+/** @param {string} path @param {any} body @param {AbortSignal} [signal] */
 export const post = (path, body, signal) => answered(path, posted(body, signal), json);
 
-/** An answer with arrays: its header, and `arrays` by name as typed arrays with a `shape`. */
+/** An answer with arrays: its header, and `arrays` by name as typed arrays with a `shape`.
+ * @param {string} path @param {any} body @param {AbortSignal} [signal] @param {string} [name] @returns {Promise<any>} */
 export async function postBinary(path, body, signal, name) {
   const buffer = await answered(path, posted(body, signal), (response) => response.arrayBuffer(), name);
   const size = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
+  /** @type {Record<string, any>} */
   const kinds = { f4: Float32Array, u1: Uint8Array, i2: Int16Array };
+  /** @type {Record<string, any>} */
   const arrays = {};
   for (const { name, dtype, shape, offset } of header.arrays) {
-    const length = shape.reduce((product, n) => product * n, 1);
+    const length = shape.reduce((/** @type {number} */ product, /** @type {number} */ n) => product * n, 1);
     const values = new kinds[dtype](buffer, 4 + size + offset, length);
     arrays[name] = Object.assign(values, { shape });
   }
   return { ...header, arrays };
 }
 
-/** A file to keep: the bytes and the name that the server gives it. */
+/** A file to keep: the bytes and the name that the server gives it. @param {string} path @param {any} body @param {string} name */
 export const postFile = (path, body, name) =>
   answered(path, posted(body), async (response) => {
     const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
     return { blob: await response.blob(), name: given ? given[1] : name };
   });
 
-export const upload = (path, file) =>
+export const upload = (/** @type {string} */ path, /** @type {Blob} */ file) =>
   answered(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file }, json);
 
-/** Server-sent events over POST: `heard(event, data)` for each, until the stream ends or `signal` aborts it. */
-export const stream = (path, body, heard, signal) => answered(path, posted(body, signal), (response) => read(response, heard));
+/** Server-sent events over POST: `heard(event, data)` for each, until the stream ends or `signal` aborts it.
+ * @param {string} path @param {any} body @param {(event: string, data: any) => void} heard @param {AbortSignal} [signal] */
+export const stream = (path, body, heard, signal) =>
+  answered(path, posted(body, signal), (response) => read(response, heard));
 
+/** @param {Response} response @param {(event: string, data: any) => void} heard */
 async function read(response, heard) {
-  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  const reader = /** @type {ReadableStream} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
   let rest = "";
   for (;;) {
     const { value, done } = await reader.read();
@@ -126,7 +144,7 @@ async function read(response, heard) {
     for (let end = rest.indexOf("\n\n"); end >= 0; end = rest.indexOf("\n\n")) {
       const block = rest.slice(0, end).split("\n");
       rest = rest.slice(end + 2);
-      const field = (name) =>
+      const field = (/** @type {string} */ name) =>
         block.filter((line) => line.startsWith(`${name}:`)).map((line) => line.slice(name.length + 1).trim());
       if (field("event").length) heard(field("event")[0], JSON.parse(field("data").join("\n")));
     }

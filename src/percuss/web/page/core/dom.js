@@ -1,51 +1,64 @@
+// @ts-check
 // Small helpers for building the page. Text only ever enters as text nodes: nothing from a case becomes markup.
 
 import { begun } from "./under_way.js";
 
-export const $ = (selector, root = document) => root.querySelector(selector);
-export const $$ = (selector, root = document) => [...root.querySelectorAll(selector)];
+/** The element of a selector, which is there. @param {string} selector @param {ParentNode} [root] */
+export const $ = (selector, root = document) => /** @type {HTMLElement} */ (root.querySelector(selector));
+/** @param {string} selector @param {ParentNode} [root] @returns {HTMLElement[]} */
+export const $$ = (selector, root = document) => [
+  .../** @type {NodeListOf<HTMLElement>} */ (root.querySelectorAll(selector)),
+];
 
-/** An element: attributes (class, data-x, aria-x …), properties by a leading dot, listeners by `on`, then children. */
+/** What goes into an element: nodes, texts, lists of them; what is missing or false is left out.
+ * @typedef {Node | string | number | boolean | null | undefined | any[]} Child */
+
+/** An element: attributes (class, data-x, aria-x …), properties by a leading dot, listeners by `on`, then children.
+ * @template {keyof HTMLElementTagNameMap} T @param {T} tag @param {Record<string, any>} [attributes]
+ * @param {Child[]} children @returns {HTMLElementTagNameMap[T]} */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (name.startsWith(".")) element[name.slice(1)] = value;
+    else if (name.startsWith(".")) Object.assign(element, { [name.slice(1)]: value });
     else element.setAttribute(name, value === true ? "" : String(value));
   }
   append(element, children);
   return element;
 }
 
+/** @param {Element} element @param {Child[]} children */
 function append(element, children) {
-  for (const child of children.flat(Infinity)) {
+  for (const child of /** @type {Child[]} */ (children.flat(Infinity))) {
     if (child === null || child === undefined || child === false) continue;
     element.append(child instanceof Node ? child : document.createTextNode(String(child)));
   }
 }
 
 /** The children of an element, replaced; an equal text is left alone so that screen readers do not say it twice. The
- * focus goes from a child to the new one of the same name: nobody at the keyboard loses their place. */
+ * focus goes from a child to the new one of the same name: nobody at the keyboard loses their place.
+ * @template {Element} E @param {E} element @param {Child[]} children */
 export function put(element, ...children) {
   if (children.length === 1 && typeof children[0] === "string") {
     if (element.textContent !== children[0]) element.textContent = children[0];
     return element;
   }
   const here = document.activeElement;
-  const name = here !== element && element.contains(here) ? nameOf(here) : "";
+  const name = here && here !== element && element.contains(here) ? nameOf(here) : "";
   element.replaceChildren();
   append(element, children);
-  if (name && !element.contains(document.activeElement))
+  if (here && name && !element.contains(document.activeElement))
     $$(here.tagName, element)
       .find((one) => nameOf(one) === name)
       ?.focus({ preventScroll: true });
   return element;
 }
 
+/** @param {Element} element */
 const nameOf = (element) => element.id || element.textContent || element.getAttribute("aria-label");
 
-/** A file handed to the user's own downloads, without any server path. */
+/** A file handed to the user's own downloads, without any server path. @param {Blob} blob @param {string} name */
 export function download(blob, name) {
   const link = h("a", { href: URL.createObjectURL(blob), download: name });
   document.body.append(link);
@@ -54,23 +67,27 @@ export function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** A labelled select. */
+/** A labelled select. @param {string} label @param {[string | number, string][]} options what each stands for, and its text
+ * @param {string | number} value @param {(value: string) => void} onchange @param {Record<string, any>} [attributes] */
 export function select(label, options, value, onchange, attributes = {}) {
   const box = h(
     "select",
-    { ...attributes, onchange: (event) => onchange(event.target.value) },
+    { ...attributes, onchange: (/** @type {any} */ event) => onchange(event.target.value) },
     options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)),
   );
   return h("label", { class: "pick" }, h("span", {}, label), box);
 }
 
+/** @type {Set<() => void>} */
 const due = new Set();
 
-/** A function that runs at most once a frame, with its latest arguments. */
+/** A function that runs at most once a frame, with its latest arguments. @template {any[]} A
+ * @param {(...given: A) => void} action @returns {(...given: A) => void} */
 export function framed(action) {
+  /** @type {any} */
   let latest = [];
-  let end = null;
-  const run = () => due.delete(run) && (end(), action(...latest));
+  let end = () => {};
+  const run = () => void (due.delete(run) && (end(), action(.../** @type {A} */ (latest))));
   return (...args) => {
     latest = args;
     if (due.has(run)) return;
@@ -83,7 +100,8 @@ export function framed(action) {
 /** Run what waits for a frame, for there will be none: the page is about to be printed. */
 export const flushFrames = () => [...due].forEach((run) => run());
 
-/** A function that runs once the next frame is out, at most once a frame: for words beside a picture one waits for. */
+/** A function that runs once the next frame is out, at most once a frame: for words beside a picture one waits for.
+ * @param {() => void} action */
 export function afterFrame(action) {
   let waiting = false;
   return () => {
@@ -100,26 +118,31 @@ export function afterFrame(action) {
   };
 }
 
-/** A function that waits until nobody has called it for a while. */
+/** A function that waits until nobody has called it for a while. @template {any[]} A
+ * @param {(...given: A) => void} action @param {number} milliseconds @returns {(...given: A) => void} */
 export function settled(action, milliseconds) {
   let timer = 0;
+  /** @type {(() => void) | null} */
   let end = null;
   return (...args) => {
     clearTimeout(timer);
     end ??= begun("rest");
     timer = setTimeout(() => {
-      end();
+      end?.();
       end = null;
       action(...args);
     }, milliseconds);
   };
 }
 
-/** Only the latest question counts: one is under way, at most one waits; `ask` gets an abort signal. */
+/** Only the latest question counts: one is under way, at most one waits. @template Q, R
+ * @param {(question: Q) => Promise<R>} ask @param {(answer: R, question: Q) => void} answered
+ * @param {(error: any, question: Q) => void} failed @returns {(question: Q) => void} */
 export function latest(ask, answered, failed) {
   let busy = false;
+  /** @type {{ question: Q } | null} */
   let waiting = null;
-  const go = async (question) => {
+  const go = async (/** @type {Q} */ question) => {
     busy = true;
     try {
       answered(await ask(question), question);

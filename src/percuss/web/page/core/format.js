@@ -1,3 +1,4 @@
+// @ts-check
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
 import { converted, read, shown } from "./units.js";
@@ -5,25 +6,26 @@ import { converted, read, shown } from "./units.js";
 const THIN = "\u202f";
 
 /** The system of units that is read and typed: "practical", as the case and the field's data sheets have them, SI or US. */
-export const system = localStorage.getItem("percuss-units") ?? "practical";
+export const system = /** @type {import("./units.js").System} */ (localStorage.getItem("percuss-units") ?? "practical");
 
-/** Another one, for the whole page. */
+/** Another one, for the whole page. @param {string} name */
 export function useSystem(name) {
   localStorage.setItem("percuss-units", name);
   location.reload();
 }
 
-/** A quantity in the units that are read. */
-const inSystem = (value, unit, kind) => (system === "practical" || !unit ? { value, unit } : shown(value, unit, system, kind));
+/** A quantity in the units that are read. @param {number} value @param {string} unit */
+const inSystem = (value, unit) => (system === "practical" || !unit ? { value, unit } : shown(value, unit, system));
 
-/** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. */
+/** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. @param {string} text @param {string} unit */
 export function typedQuantity(text, unit) {
   const own = inSystem(1, unit).unit;
   const found = read(text, own);
-  return found.error ? found : { value: converted(found.value, own, unit) };
+  return found.error !== undefined ? found : { value: converted(found.value, own, unit) };
 }
 
-/** A number with so many significant digits; null and what is not finite as a dash. */
+/** A number with so many significant digits; null and what is not finite as a dash.
+ * @param {number | null | undefined} value @param {number} [digits] @returns {string} */
 export function number(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
@@ -38,21 +40,24 @@ export function number(value, digits = 4) {
   return minus(text);
 }
 
-const minus = (text) => text.replace(/^-/, "−");
+const minus = (/** @type {string} */ text) => text.replace(/^-/, "−");
 
+/** @param {number} power */
 function superscript(power) {
   const digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
   return [...String(power)].map((c) => (c === "-" ? "⁻" : digits[Number(c)])).join("");
 }
 
+/** @param {number} value @param {string} unit @param {number} [digits] */
 export function withUnit(value, unit, digits = 4) {
   const told = inSystem(value, unit);
   return `${number(told.value, digits)}${told.unit ? THIN + told.unit : ""}`;
 }
 
-/** A quantity before its unit, as on every axis: "stress [MPa]". */
+/** A quantity before its unit, as on every axis: "stress [MPa]". @param {string} name @param {string} unit */
 export const inUnit = (name, unit) => (unit ? `${name} [${unit}]` : name);
 
+/** @type {[number, string][]} */
 const LADDER = [
   [1e9, "G"],
   [1e6, "M"],
@@ -63,15 +68,15 @@ const LADDER = [
   [1e-9, "n"],
 ];
 
-/** The factor and the unit with prefix in which a number of this size reads best. */
+/** The factor and the unit with prefix in which a number of this size reads best. @param {number} size @param {string} unit */
 export function scaleOf(size, unit) {
   const magnitude = Math.abs(size);
   if (!magnitude || !Number.isFinite(magnitude)) return { factor: 1, unit };
-  const [factor, prefix] = LADDER.find(([limit]) => magnitude >= limit * 0.9999) ?? LADDER.at(-1);
+  const [factor, prefix] = LADDER.find(([limit]) => magnitude >= limit * 0.9999) ?? LADDER[LADDER.length - 1];
   return { factor: 1 / factor, unit: prefix + unit };
 }
 
-/** A quantity in SI with a prefix that suits it: 5700 J → 5.7 kJ. */
+/** A quantity in SI with a prefix that suits it: 5700 J → 5.7 kJ. @param {number | null | undefined} value @param {string} unit @param {number} [digits] */
 export function si(value, unit, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (system === "US") return withUnit(value, unit, digits);
@@ -79,25 +84,26 @@ export function si(value, unit, digits = 4) {
   return `${number(value * scale.factor, digits)}${scale.unit ? THIN + scale.unit : ""}`;
 }
 
-/** "1 start", "2 starts". */
+/** "1 start", "2 starts". @param {number} count @param {string} word */
 export const counted = (count, word) => {
   const text = Number.isInteger(count) ? String(count) : number(count, 4);
   return `${text} ${word}${text === "1" ? "" : "s"}`;
 };
 
 /** An angle in radians and degrees. */
-export const angle = (phase) => `${number(phase)}${THIN}rad (${number((phase * 180) / Math.PI)}°)`;
+export const angle = (/** @type {number} */ phase) =>
+  `${number(phase)}${THIN}rad (${number((phase * 180) / Math.PI)}°)`;
 
-export const percent = (share, digits = 3) => withUnit(share * 100, "%", digits);
+export const percent = (/** @type {number} */ share, digits = 3) => withUnit(share * 100, "%", digits);
 
-/** "341 mm" → {value: 341, unit: "mm"}; a plain number has the unit "". */
+/** "341 mm" → {value: 341, unit: "mm"}; a plain number has the unit "". @param {any} text @returns {{ value: number, unit: string } | null} */
 export function quantity(text) {
   if (typeof text === "number") return { value: text, unit: "" };
   const found = /^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$/.exec(String(text ?? ""));
   return found ? { value: Number(found[1]), unit: found[2] } : null;
 }
 
-/** A number as it is written into a case: short, exact enough for a slider, never in words. */
+/** A number as it is written into a case: short, exact enough for a slider, never in words. @param {number} value */
 export function plainNumber(value, digits = 4) {
   return Number(value.toPrecision(digits));
 }

@@ -1,3 +1,4 @@
+// @ts-check
 // What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
 // `view` is all that the address bar holds; `data` is what the server answered.
 
@@ -7,6 +8,9 @@ import { quantity } from "./format.js";
 import { heldAt, inOwnUnit, present, unitOf, valueAt, withKey } from "./moves.js";
 import { store } from "./signals.js";
 
+/** @typedef {import("./moves.js").Tables} Tables */
+
+/** @type {Record<string, any>} */
 export const DEFAULTS = {
   panel: "", // the drawer that is open; none
   embed: 0, // 1: within another page, without what leads away
@@ -17,43 +21,47 @@ export const DEFAULTS = {
   orbit: 0, // 0: the one to look at first
 };
 
-export const view = store(/** @type {Record<string, any>} */ (DEFAULTS));
+export const view = store(DEFAULTS);
 
 /** `tables`: the case as it is now; `base`: the machine that it was made from. */
-export const data = store(/** @type {Record<string, any>} */ ({
-  about: null,
-  machines: [],
-  structures: [],
-  base: null,
-  tables: null,
-  physical: null, // the tables in SI, kept while the dimensionless form is shown
-  info: null,
-  quick: null,
-  steady: null,
-  machine: null, // of a case whose load the piston switches: its cycle, instead of quick and steady
-  played: null, // the motion that plays: {motion: {label, summary}, change}
-  problems: [],
-  begin: { count: 0, state: null }, // counts the scenes of lessons; where the hammer begins, where it is not on its motion
-  label: "", // the name of the motion that goes on, as the stage has it
-  blows: [], // the speeds of its last blows under the present law
-  experiment: null, // the last one that was followed to its end: {starts}
-  blow: null, // the last blow that was followed by waves: {changed, contacts}
-  ghost: null, // the motion at the point of the map that is looked at: {model, orbit}
-  pinned: null, // the design that is kept as A: {tables, label, at, model, figures}
-  changed: 0, // counts the changes of the case, so that late answers are known
-  moved: null, // parameters of the last change when it was a move, else null
-  moving: {}, // parameters on their way to the server: {name: number}
-  placed: {}, // parameters moved since the case was last told in full
-}));
+export const data = store(
+  /** @type {Record<string, any>} */ ({
+    about: null,
+    machines: [],
+    structures: [],
+    base: null,
+    tables: null,
+    physical: null, // the tables in SI, kept while the dimensionless form is shown
+    info: null,
+    quick: null,
+    steady: null,
+    machine: null, // of a case whose load the piston switches: its cycle, instead of quick and steady
+    played: null, // the motion that plays: {motion: {label, summary}, change}
+    problems: [],
+    begin: { count: 0, state: null }, // counts the scenes of lessons; where the hammer begins, where it is not on its motion
+    label: "", // the name of the motion that goes on, as the stage has it
+    blows: [], // the speeds of its last blows under the present law
+    experiment: null, // the last one that was followed to its end: {starts}
+    blow: null, // the last blow that was followed by waves: {changed, contacts}
+    ghost: null, // the motion at the point of the map that is looked at: {model, orbit}
+    pinned: null, // the design that is kept as A: {tables, label, at, model, figures}
+    changed: 0, // counts the changes of the case, so that late answers are known
+    moved: null, // parameters of the last change when it was a move, else null
+    moving: {}, // parameters on their way to the server: {name: number}
+    placed: {}, // parameters moved since the case was last told in full
+  }),
+);
 
+/** @type {Map<string, ((topic: string) => void)[]>} */
 const listeners = new Map();
 
-/** Be told of a topic: view, tables, quick, info, steady, machine, played, problems, theme. */
+/** Be told of a topic: view, tables, quick, info, steady, machine, played, problems, theme.
+ * @param {string} topics @param {(topic: string) => void} heard */
 export function on(topics, heard) {
   for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
 }
 
-/** Tell all; one that fails is reported, and the others hear of it all the same. */
+/** Tell all; one that fails is reported, and the others hear of it all the same. @param {string} topic */
 export function tell(topic) {
   for (const heard of listeners.get(topic) ?? [])
     try {
@@ -63,6 +71,7 @@ export function tell(topic) {
     }
 }
 
+/** @param {Record<string, any>} changes */
 export function show(changes) {
   Object.assign(view, changes);
   tell("view");
@@ -70,7 +79,7 @@ export function show(changes) {
   else if (data.quick && !enough(data.quick)) askQuick();
 }
 
-/** A painter of words, which waits while a slider is dragged, though not long; the last answer is always told. */
+/** A painter of words, which waits while a slider is dragged, though not long; the last answer is always told. @param {() => void} paint */
 export function unhurried(paint) {
   let last = 0;
   return afterFrame(() => {
@@ -94,14 +103,18 @@ export const isHeld = () => Boolean(data.tables?.body);
 export const mover = () => (isHeld() ? "structure" : "bar");
 
 /** A number of its modes, in words. */
-export const modesInWords = (n) => (isHeld() ? `${n} modes at most` : `${n} elastic modes`);
+export const modesInWords = (/** @type {number} */ n) => (isHeld() ? `${n} modes at most` : `${n} elastic modes`);
 
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
 
+/** @typedef {{ curve: number, multipliers: boolean }} Needs */
+
+/** @type {Record<string, Needs>} */
 const NEEDS = {};
 
-/** The panels that there are: what each keeps in the address, and what it needs of the answer to a slider. */
+/** The panels that there are: what each keeps in the address, and what it needs of the answer to a slider.
+ * @param {{ name: string, defaults?: Record<string, any>, needs?: Needs }[]} panels */
 export function know(panels) {
   for (const { name, defaults, needs: own } of panels) {
     Object.assign(DEFAULTS, defaults);
@@ -112,17 +125,20 @@ export function know(panels) {
 
 // What the panel in sight needs of an answer; a slider's answer has nothing else in it.
 const needs = () => NEEDS[view.panel] ?? { curve: 121, multipliers: false };
-const enough = (quick) => quick.asked.curve >= needs().curve && quick.asked.multipliers >= needs().multipliers;
+const enough = (/** @type {Record<string, any>} */ quick) =>
+  quick.asked.curve >= needs().curve && quick.asked.multipliers >= needs().multipliers;
 
 let epoch = 0; // counts the cases that were set whole: a late answer to a move of the one before is dropped
 
+/** A question about the case as it was at a change. @typedef {{ tables?: any, m?: number, count: number, epoch?: number }} Asked */
+
 const askQuick = latest(
-  async () => {
+  async (/** @type {void} */ _) => {
     const sent = { ...data.moving };
     const values = Object.keys(sent).length ? sent : null;
     const wish = needs();
     const question = { count: data.changed, epoch, sent };
-    const answer = await post("quick", { ...asked(), values, ...wish }).catch((error) => {
+    const answer = await post("quick", { ...asked(), values, ...wish }).catch((/** @type {any} */ error) => {
       throw Object.assign(error, { question });
     });
     return { answer: Object.assign(answer, { changed: question.count, asked: wish }), question };
@@ -150,7 +166,7 @@ const askQuick = latest(
 /** Milliseconds without a move after which the whole answer is asked for: it would be in the way of the next move. */
 export const REST = 220;
 
-const refresh = settled((question) => {
+const refresh = settled((/** @type {Asked} */ question) => {
   if (question.count !== data.changed) return; // a move is on its way: its answer comes back here
   askInfo(question);
   if (!switchesItself()) return askSteady(question);
@@ -158,7 +174,7 @@ const refresh = settled((question) => {
 }, REST);
 
 const askInfo = latest(
-  async ({ tables, count }) => ({ info: await post("case", { case: tables }), count }),
+  async (/** @type {Asked} */ { tables, count }) => ({ info: await post("case", { case: tables }), count }),
   ({ info, count }) => {
     if (count !== data.changed) return;
     data.info = info;
@@ -169,7 +185,10 @@ const askInfo = latest(
 );
 
 const askSteady = latest(
-  async ({ tables, m, count }) => ({ steady: await post("steady", { case: tables, periods: [m] }), count }),
+  async (/** @type {Asked} */ { tables, m, count }) => ({
+    steady: await post("steady", { case: tables, periods: [m] }),
+    count,
+  }),
   ({ steady, count }) => {
     if (count !== data.changed) return;
     data.steady = steady;
@@ -180,7 +199,7 @@ const askSteady = latest(
 
 /** The cycle of a rigid piston, which is there at once; what takes longer comes when nothing moves. */
 const askMachine = latest(
-  ({ tables }) => postBinary("machine", { case: tables, modes: 0, points: 241, whole: false }),
+  (/** @type {Asked} */ { tables }) => postBinary("machine", { case: tables, modes: 0, points: 241, whole: false }),
   (machine, question) => {
     if (question.epoch !== epoch) return;
     takeMachine(machine, question.count);
@@ -190,7 +209,7 @@ const askMachine = latest(
 );
 
 const askElastic = latest(
-  ({ tables }) => postBinary("machine", { case: tables, whole: false }),
+  (/** @type {Asked} */ { tables }) => postBinary("machine", { case: tables, whole: false }),
   (machine, question) => {
     if (question.count !== data.changed) return;
     takeMachine(machine, question.count);
@@ -204,7 +223,8 @@ let asking = new AbortController(); // of the question that takes seconds
 
 /** Margins, what changes the figures, and the curve over the pressure, with elastic modes. */
 const askMore = latest(
-  ({ tables, signal }) => postBinary("machine", { case: tables, points: 2 }, signal, "margins"), // the figures wait for none of it
+  (/** @type {Asked & { signal: AbortSignal }} */ { tables, signal }) =>
+    postBinary("machine", { case: tables, points: 2 }, signal, "margins"), // the figures wait for none of it
   ({ answer }, { count }) => {
     if (count !== data.changed || !data.machine) return;
     data.machine = { ...data.machine, more: answer };
@@ -213,6 +233,7 @@ const askMore = latest(
   () => {}, // the cycle is there without it
 );
 
+/** @param {Record<string, any>} machine @param {number} count */
 function takeMachine(machine, count) {
   const before = data.machine?.changed === count ? data.machine : null;
   data.machine = Object.assign(machine, { changed: count, more: before?.more ?? null });
@@ -221,6 +242,7 @@ function takeMachine(machine, count) {
   tell("machine");
 }
 
+/** @param {any} error @param {Asked} question */
 function refused(error, question) {
   if (question.count !== data.changed) return;
   data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
@@ -228,6 +250,7 @@ function refused(error, question) {
   for (const topic of ["problems", "quick", "steady", "machine"]) tell(topic);
 }
 
+/** @param {string[] | null} names */
 function changedCase(names) {
   if (!data.tables) return;
   data.changed += 1;
@@ -250,10 +273,11 @@ export function wish() {
   return () => mine === wishes;
 }
 
-const kindOf = (tables) => `${Boolean(tables?.body)} ${tables?.load?.kind === "valve"}`;
+const kindOf = (/** @type {Tables} */ tables) => `${Boolean(tables?.body)} ${tables?.load?.kind === "valve"}`;
 
 /** Another case altogether, with what the server has told of it, or one edited by hand. Nothing stays of a case of another
- * kind: what is told of a structure is not what is told of a bar. */
+ * kind: what is told of a structure is not what is told of a bar.
+ * @param {Tables} tables @param {Record<string, any> | null} [info] */
 export function setTables(tables, info = data.info) {
   wishes += 1;
   epoch += 1;
@@ -266,27 +290,38 @@ export function setTables(tables, info = data.info) {
 
 /** What all parameters stand at: {name: number}. */
 export const presentValues = () =>
-  Object.fromEntries((data.info?.parameters ?? []).map(({ name }) => [name, name === "m" ? view.m : present(data, name)]));
+  Object.fromEntries(
+    (data.info?.parameters ?? []).map((/** @type {{ name: string }} */ { name }) => [
+      name,
+      name === "m" ? view.m : present(data, name),
+    ]),
+  );
 
 /** Whether a parameter is locked. */
-export const locked = (name) => view.lock.split(",").some((one) => one === name || (one === "R" && /^(contact\.)?restitution$/.test(name)));
+export const locked = (/** @type {string} */ name) =>
+  view.lock
+    .split(",")
+    .some((/** @type {string} */ one) => one === name || (one === "R" && /^(contact\.)?restitution$/.test(name)));
 
 /** The same case with a value that is being dragged: answers that come meanwhile are shown. `names`: the keys that are
- * other ones, where the map may stay as it is. */
+ * other ones, where the map may stay as it is.
+ * @param {Tables} tables @param {string[] | null} [names] */
 export function drag(tables, names = null) {
   wishes += 1;
   data.tables = tables;
   changedCase(names);
 }
 
-/** A key set by hand, in the unit that it has had so far. */
+/** A key set by hand, in the unit that it has had so far. @param {string} key @param {any} value */
 export function setKey(key, value) {
-  const before = [data.base, data.tables].map((tables) => valueAt(tables ?? {}, key)).find((one) => typeof one === "string" && quantity(one)?.unit);
+  const before = [data.base, data.tables]
+    .map((tables) => valueAt(tables ?? {}, key))
+    .find((one) => typeof one === "string" && quantity(one)?.unit);
   setTables(withKey(data.tables, key, inOwnUnit(value, before)));
 }
 
 /** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. A key whose
- * unit is another one since gets that unit back, for the server takes the number in the unit of the tables. */
+ * unit is another one since gets that unit back, for the server takes the number in the unit of the tables. @param {Record<string, number>} given */
 export function move(given) {
   const values = Object.fromEntries(Object.entries(given).filter(([name]) => !locked(name)));
   for (const { name, unit, value, dimensionless } of data.info?.parameters ?? [])
@@ -298,11 +333,9 @@ export function move(given) {
 }
 
 /** The machine of a name, as the case. */
-export async function machineTables(name) {
-  const found = await get(`machines/${encodeURIComponent(name)}`);
-  return found;
-}
+export const machineTables = (/** @type {string} */ name) => get(`machines/${encodeURIComponent(name)}`);
 
+/** @param {string} name */
 export async function pickMachine(name) {
   const newest = wish();
   const found = await machineTables(name);
@@ -313,20 +346,22 @@ export async function pickMachine(name) {
   tell("view");
 }
 
-/** Why an orbit is stable or not; short until the multipliers are known. */
+/** Why an orbit is stable or not; short until the multipliers are known. @param {Chosen} orbit */
 export function reasonOf({ quick, full }) {
   return (
     quick.reason ?? full?.reason ?? (quick.stable ? "stable" : quick.fold ? "unstable, beyond the fold" : "unstable")
   );
 }
 
-/** Why an orbit is not physical, as what the striking end does; "" for one that is, and until that is known. */
+/** Why an orbit is not physical, as what the striking end does; "" for one that is, and until that is known. @param {Chosen} orbit */
 export function obstacleOf({ quick, full }) {
   if (!full || full.admissible) return "";
   return data.about.reasons[quick.impact_velocity > 0 ? "through the wall" : "no blow"];
 }
 
-/** The orbit that is looked at: number k from 1, its quick answer and, when it has come, its full answer. */
+/** The orbit that is looked at: number k from 1, its quick answer and, when it has come, its full answer.
+ * @typedef {{ quick: Record<string, any>, full?: Record<string, any> | null }} Chosen
+ * @returns {Chosen & { number: number } | null} */
 export function chosen() {
   const orbits = data.quick?.orbits ?? [];
   if (!orbits.length) return null;
@@ -334,7 +369,8 @@ export function chosen() {
   let index = view.orbit >= 1 && view.orbit <= orbits.length ? view.orbit - 1 : -1;
   if (index < 0) {
     const rank = orbits.map(
-      (orbit, i) => (orbit.stable ? 2 : 0) + (full[i] ? Number(full[i].admissible) : 1) * 3 + i * 0.01,
+      (/** @type {Record<string, any>} */ orbit, /** @type {number} */ i) =>
+        (orbit.stable ? 2 : 0) + (full[i] ? Number(full[i].admissible) : 1) * 3 + i * 0.01,
     );
     index = rank.indexOf(Math.max(...rank));
   }

@@ -8,7 +8,7 @@ import { data, isHeld, know, show, switchesItself, view } from "../core/state.js
 
 /** What a drawer is: its name in the address, its title, what fills it; where it belongs, and for which cases.
  * @typedef {{ name: string, title: string, start: (place: HTMLElement) => void, place?: "head", clocked?: boolean,
- *   free?: boolean, defaults?: Record<string, unknown>, needs?: object }} Panel */
+ *   free?: boolean, defaults?: Record<string, unknown>, needs?: import("../core/state.js").Needs }} Panel */
 
 /** @param {Panel} panel */
 const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free && isHeld());
