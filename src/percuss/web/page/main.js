@@ -13,6 +13,7 @@ import { startMap } from "./map/map_panel.js";
 import { watchPreparing } from "./screen/preparing.js";
 import { startScenes } from "./screen/scenes.js";
 import { startSliders } from "./screen/sliders.js";
+import { translate } from "./core/words.js";
 
 const FIRST = "mini-breaker";
 
@@ -39,6 +40,7 @@ function failed(error) {
 
 async function start() {
   takeToken();
+  translate(document.body);
   startHeader(PANELS, failed);
   startScenes();
   startMap(document.getElementById("map-place"));

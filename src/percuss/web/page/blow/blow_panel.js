@@ -9,6 +9,7 @@ import { h, latest, put, select } from "../core/dom.js";
 import { list, said } from "../case/case_files.js";
 import { counted, number, percent, si, withUnit } from "../core/format.js";
 import { data, isHeld, on, show, view } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 export const panel = {
   name: "blow",
@@ -121,7 +122,7 @@ function painted(frame) {
 function words(blow) {
   put(parts.sentence, blow.sentence);
   put(parts.notes, blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`).join(" "));
-  parts.stage.canvas.setAttribute("aria-label", `Striker, tool and rock with the waves in them. ${blow.sentence}`);
+  parts.stage.canvas.setAttribute("aria-label", tr(`Striker, tool and rock with the waves in them. ${blow.sentence}`));
   tellShares(blow);
   put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
 }

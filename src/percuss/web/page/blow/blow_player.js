@@ -3,6 +3,7 @@
 import { h, put } from "../core/dom.js";
 import { number, withUnit } from "../core/format.js";
 import { show, view } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 const parts = { playing: false, held: false };
 
@@ -74,7 +75,7 @@ export function pauseBlow() {
 
 function says(words, sign) {
   put(parts.play, sign);
-  parts.play.setAttribute("aria-label", words);
+  parts.play.setAttribute("aria-label", tr(words));
 }
 
 /** The user has paused: later blows stay where they are, too. */
@@ -98,7 +99,7 @@ function pace() {
   const slower = view.blowSlow / parts.blow.end;
   const words = parts.blow.units === "SI" ? `1/${number(slower, 2)} speed` : `${number(1 / slower, 2)} rad/s`;
   put(parts.slowly, words);
-  parts.slow.setAttribute("aria-valuetext", words);
+  parts.slow.setAttribute("aria-valuetext", tr(words));
 }
 
 function paint(frame) {
@@ -108,5 +109,5 @@ function paint(frame) {
   if (document.activeElement !== parts.scrub || parts.playing) parts.scrub.value = frame;
   const words = withUnit(parts.blow.arrays.t[frame] * parts.units.time.k, parts.units.time.name, 4);
   put(parts.time, words);
-  parts.scrub.setAttribute("aria-valuetext", words);
+  parts.scrub.setAttribute("aria-valuetext", tr(words));
 }

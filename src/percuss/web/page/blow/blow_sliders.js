@@ -5,6 +5,7 @@ import { h, put, settled } from "../core/dom.js";
 import { plainNumber, quantity, withUnit } from "../core/format.js";
 import { steps, valueAt, withKey } from "../core/moves.js";
 import { data, setTables } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 const WORDS = {
   length: "length",
@@ -115,7 +116,7 @@ function slider(key, words) {
   const told = (value) => {
     const text = withUnit(value, unit);
     put(output, text);
-    input.setAttribute("aria-valuetext", text);
+    input.setAttribute("aria-valuetext", tr(text));
   };
   const head = h("div", { class: "head" }, h("label", { for: id }, words), output);
   return { box: h("div", { class: "slider" }, head, input), follow };

@@ -4,6 +4,7 @@
 import { signed, theme } from "../pictures/colours.js";
 import { put } from "../core/dom.js";
 import { number, si, withUnit } from "../core/format.js";
+import { tr } from "../core/words.js";
 
 const MARGIN = 16;
 const APART = 7; // pixels between the faces while they are apart
@@ -242,24 +243,24 @@ export class BlowStage {
     const name = { infinite: "endless", free: "free", fixed: "fixed", rock: "rock", wall: "wall" }[end];
     const mass = this.blow.rod?.bit_mass;
     const words = mass ? `bit of ${withUnit(mass, "kg", 3)}, ${name}` : name;
-    pen.fillText(words, Math.min(x + 4, width - MARGIN - pen.measureText(words).width), mid + half + 14);
+    pen.fillText(tr(words), Math.min(x + 4, width - MARGIN - pen.measureText(tr(words)).width), mid + half + 14);
   }
 
   words(pen, width, height, colours, { apart, face, mid }) {
     pen.font = "12.5px system-ui, sans-serif";
     pen.fillStyle = colours.muted;
     pen.textAlign = face > 90 ? "right" : "left";
-    pen.fillText(apart ? "apart" : "in contact", face > 90 ? face : MARGIN, mid + height * 0.18 + 14);
+    pen.fillText(tr(apart ? "apart" : "in contact"), face > 90 ? face : MARGIN, mid + height * 0.18 + 14);
     pen.textAlign = "left";
     const sized = this.blow.units === "SI";
     const most = sized ? si(this.most, "Pa", 3) : number(this.most, 3);
     const y = height - 16;
     const [from, to] = [`compression −${most}`, `+${most} tension${sized ? "" : " (force)"}`];
-    const [before, behind] = [from, to].map((text) => pen.measureText(text).width + 8);
+    const [before, behind] = [from, to].map((text) => pen.measureText(tr(text)).width + 8);
     const left = MARGIN + before;
     const bar = Math.max(20, Math.min(120, width - left - behind - MARGIN));
-    pen.fillText(from, MARGIN, y + 10);
-    pen.fillText(to, left + bar + 8, y + 10);
+    pen.fillText(tr(from), MARGIN, y + 10);
+    pen.fillText(tr(to), left + bar + 8, y + 10);
     for (let i = 0; i < bar; i++) {
       pen.fillStyle = signed((2 * i) / bar - 1);
       pen.fillRect(left + i, y, 1.5, 10);
@@ -281,11 +282,11 @@ const sum = (values) => values.reduce((total, value) => total + value, 0);
  * where they end. */
 const beside = (pen, x, y, options, from, to) => {
   for (const text of options) {
-    const wide = pen.measureText(text).width;
+    const wide = pen.measureText(tr(text)).width;
     const left = x + 6 + wide <= to ? x + 6 : x - 40 - wide;
     if (left < from) continue;
     pen.textAlign = "left";
-    pen.fillText(text, left, y);
+    pen.fillText(tr(text), left, y);
     return left + wide + 8;
   }
   return from;

@@ -9,6 +9,7 @@ import { follow, heardAs, hush, lag } from "../motion/sound.js";
 import { shapeOfCase } from "../motion/shape.js";
 import { Stage } from "../motion/stage.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 const USUAL = 2.5; // seconds that a load period is shown for at first
 const LONGEST = 120;
@@ -85,7 +86,7 @@ function take({ tables, along, row }) {
   facts(along, row);
   const { canvas } = parts.stage;
   const many = `${counted(motion.orbit.impacts.length, "blow")}${motion.label.startsWith("chatter") ? " and a chatter" : ""}`;
-  canvas.setAttribute("aria-label", `The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`);
+  canvas.setAttribute("aria-label", tr(`The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`));
   Object.assign(canvas.dataset, { label: motion.label, value: String(row.value) });
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "branches") parts.player.begin();
 }

@@ -2,6 +2,7 @@
 // Small helpers for building the page. Text only ever enters as text nodes: nothing from a case becomes markup.
 
 import { begun } from "./under_way.js";
+import { tr } from "./words.js";
 
 /** The element of a selector, which is there. @param {string} selector @param {ParentNode} [root] */
 export const $ = (selector, root = document) => /** @type {HTMLElement} */ (root.querySelector(selector));
@@ -22,17 +23,24 @@ export function h(tag, attributes = {}, ...children) {
     if (value === null || value === undefined || value === false) continue;
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else if (name.startsWith(".")) Object.assign(element, { [name.slice(1)]: value });
-    else element.setAttribute(name, value === true ? "" : String(value));
+    else element.setAttribute(name, value === true ? "" : SAID.has(name) ? tr(String(value)) : String(value));
   }
   append(element, children);
   return element;
 }
 
+/** Attributes with words in them. */
+const SAID = new Set(["title", "aria-label", "aria-valuetext", "placeholder", "label", "alt"]);
+
+/** Whether the words of an element stay as they are: code, and what a person has written. @param {Element} element */
+const isVerbatim = (element) => Boolean(element.closest("pre, code, textarea, [translate=no]"));
+
 /** @param {Element} element @param {Child[]} children */
 function append(element, children) {
+  const said = isVerbatim(element) ? String : (/** @type {any} */ child) => tr(String(child));
   for (const child of /** @type {Child[]} */ (children.flat(Infinity))) {
     if (child === null || child === undefined || child === false) continue;
-    element.append(child instanceof Node ? child : document.createTextNode(String(child)));
+    element.append(child instanceof Node ? child : document.createTextNode(said(child)));
   }
 }
 
@@ -41,7 +49,8 @@ function append(element, children) {
  * @template {Element} E @param {E} element @param {Child[]} children */
 export function put(element, ...children) {
   if (children.length === 1 && typeof children[0] === "string") {
-    if (element.textContent !== children[0]) element.textContent = children[0];
+    const text = isVerbatim(element) ? children[0] : tr(children[0]);
+    if (element.textContent !== text) element.textContent = text;
     return element;
   }
   const here = document.activeElement;

@@ -2,6 +2,7 @@
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
 import { converted, read, shown } from "./units.js";
+import { language } from "./words.js";
 
 const THIN = "\u202f";
 
@@ -20,7 +21,7 @@ const inSystem = (value, unit) => (system === "practical" || !unit ? { value, un
 /** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. @param {string} text @param {string} unit */
 export function typedQuantity(text, unit) {
   const own = inSystem(1, unit).unit;
-  const found = read(text, own);
+  const found = read(text, own, language);
   return found.error !== undefined ? found : { value: converted(found.value, own, unit) };
 }
 

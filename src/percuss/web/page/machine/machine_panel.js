@@ -13,6 +13,7 @@ import { onCycle } from "../motion/settled.js";
 import { Strip } from "../motion/strip.js";
 import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 export const defaults = { machineSlow: "", machineShow: "cycle" };
 
@@ -98,7 +99,7 @@ function draw(motion) {
   machinePace();
   mark(stage.time);
   const { canvas } = stage;
-  canvas.setAttribute("aria-label", `Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`);
+  canvas.setAttribute("aria-label", tr(`Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`));
   Object.assign(canvas.dataset, {
     change: String(motion.changed),
     modes: String(motion.modes),

@@ -3,6 +3,7 @@
 import { theme } from "../pictures/colours.js";
 import { number } from "../core/format.js";
 import { LiveStage } from "../motion/live_stage.js";
+import { tr } from "../core/words.js";
 
 const FONT = "12.5px system-ui, sans-serif";
 const LEFT = 20;
@@ -240,11 +241,11 @@ export class MachineStage extends LiveStage {
     for (let i = 0; i < count; i++) {
       pen.fillStyle = i === state ? colours.ink : colours.muted;
       const name = states[i].length > 12 ? `${states[i].slice(0, 11)}…` : states[i];
-      pen.fillText(name, left + (i + 0.5) * field, top + tall / 2 + 4.5);
+      pen.fillText(tr(name), left + (i + 0.5) * field, top + tall / 2 + 4.5);
     }
     pen.textAlign = "left";
     pen.fillStyle = colours.muted;
-    if (to !== state) pen.fillText(`ordered: ${states[to]}`, left + count * field + 8, top + tall / 2 + 4.5);
+    if (to !== state) pen.fillText(tr(`ordered: ${states[to]}`), left + count * field + 8, top + tall / 2 + 4.5);
     return { left, right: left + count * field, bottom: top + tall };
   }
 
@@ -275,7 +276,7 @@ export class MachineStage extends LiveStage {
       pen.stroke();
       pen.fillStyle = colours.muted;
       pen.textAlign = i % 2 ? "left" : "right";
-      pen.fillText(`${i + 1} → ${port.to}`, x + (i % 2 ? 8 : -8), top - 8);
+      pen.fillText(tr(`${i + 1} → ${port.to}`), x + (i % 2 ? 8 : -8), top - 8);
       pen.strokeStyle = colours.ink;
       pen.lineWidth = 2;
       pen.beginPath();

@@ -5,6 +5,7 @@
 import { h } from "../core/dom.js";
 import { switchesItself } from "../core/state.js";
 import { theme } from "../pictures/colours.js";
+import { tr } from "../core/words.js";
 
 const KEPT = 30;
 const [WIDTH, HEIGHT] = [104, 70];
@@ -54,7 +55,7 @@ function draw() {
   pen.strokeRect(0.5, 0.5, WIDTH - 1, HEIGHT - 1);
   pen.fillStyle = muted;
   pen.font = "9.5px system-ui, sans-serif";
-  pen.fillText(switchesItself() ? "interval → , speed ↑" : "phase → , speed ↑", 5, HEIGHT - 4);
+  pen.fillText(tr(switchesItself() ? "interval → , speed ↑" : "phase → , speed ↑"), 5, HEIGHT - 4);
   const most = Math.max(...blows.map(({ speed }) => speed), 1e-30);
   pen.fillStyle = kinds[1];
   blows.forEach(({ phase, speed }, i) => {

@@ -4,6 +4,7 @@
 
 import { h } from "../core/dom.js";
 import { theme } from "../pictures/colours.js";
+import { tr } from "../core/words.js";
 
 const [WIDTH, HEIGHT] = [230, 100];
 const [LEFT, TOP, FOOT] = [8, 20, 18];
@@ -75,9 +76,9 @@ function draw() {
   pen.font = "10.5px system-ui, sans-serif";
   pen.fillStyle = ink;
   const curves = flights().filter((one) => one.every(({ left, gap }) => left > 0 && gap > 0));
-  pen.fillText(curves.length ? "the contact before the last rest" : "the contact: no rest yet", LEFT, 13);
+  pen.fillText(tr(curves.length ? "the contact before the last rest" : "the contact: no rest yet"), LEFT, 13);
   canvas.dataset.bounces = String(curves.length);
-  canvas.setAttribute("aria-label", `The contact, magnified: ${curves.length} bounces before the rest`);
+  canvas.setAttribute("aria-label", tr(`The contact, magnified: ${curves.length} bounces before the rest`));
   if (!curves.length) return;
   const points = curves.flat();
   const [longest, shortest] = [points[0].left, Math.max(points[points.length - 1].left, 1e-12)].map(Math.log10);
@@ -95,5 +96,5 @@ function draw() {
     pen.stroke();
   }
   pen.fillStyle = muted;
-  pen.fillText("gap ↑, time left →, both logarithmic", LEFT, HEIGHT - 6);
+  pen.fillText(tr("gap ↑, time left →, both logarithmic"), LEFT, HEIGHT - 6);
 }

@@ -6,6 +6,7 @@ import { Live } from "./live.js";
 import { followLive, hushLive } from "./live_sound.js";
 import { follow, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
+import { tr } from "../core/words.js";
 
 const NEAR = 0.03; // how near the last blow is to the steady motion's, in phase and as a share of its speed
 const HAIR = 2e-3; // of the speed: what an unstable motion is disturbed by
@@ -263,7 +264,7 @@ export class LiveStage extends Stage {
       pen.strokeStyle = name === "A" ? colours.accent : colours.muted;
       pen.strokeRect(edge - scale.bar, mid - scale.thick / 2 - 5, scale.bar, scale.thick + 10);
       pen.fillStyle = pen.strokeStyle;
-      pen.fillText(name, edge - scale.bar + 6, name === "A" ? mid - scale.thick / 2 - 9 : mid + scale.thick / 2 + 18);
+      pen.fillText(tr(name), edge - scale.bar + 6, name === "A" ? mid - scale.thick / 2 - 9 : mid + scale.thick / 2 + 18);
     }
     pen.setLineDash([]);
   }

@@ -3,6 +3,7 @@
 import { h, put } from "../core/dom.js";
 import { withUnit } from "../core/format.js";
 import { show } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 export class Player {
   /** Of a stage: `id` begins the ids, `about` names the slider of time, `slow` is the key of the view that keeps the pace,
@@ -50,15 +51,15 @@ export class Player {
 
   says(words, sign) {
     put(this.play, sign);
-    this.play.setAttribute("aria-label", words);
-    this.play.title = `${words} (space)`;
+    this.play.setAttribute("aria-label", tr(words));
+    this.play.title = tr(`${words} (space)`);
   }
 
   /** The pace on its slider, 0 to 1, and in words. */
   tellPace(share, words) {
     if (document.activeElement !== this.slow) this.slow.value = 100 * share;
     put(this.slowly, words);
-    this.slow.setAttribute("aria-valuetext", words);
+    this.slow.setAttribute("aria-valuetext", tr(words));
   }
 
   /** The present moment on the slider of time and in digits. */
@@ -70,7 +71,7 @@ export class Player {
     this.told = now;
     const words = withUnit(time * units.time.k, units.time.name, digits);
     put(this.time, words);
-    scrub.setAttribute("aria-valuetext", words);
+    scrub.setAttribute("aria-valuetext", tr(words));
   }
 }
 

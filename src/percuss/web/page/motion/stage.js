@@ -3,6 +3,7 @@
 
 import { signed, theme } from "../pictures/colours.js";
 import { number, si } from "../core/format.js";
+import { tr } from "../core/words.js";
 
 const FLASH = 0.22; // seconds that a blow is seen
 const LATE = 0.2; // seconds behind its sound from which on the picture jumps to it
@@ -333,12 +334,12 @@ export class Stage {
     const bar = Math.min(120, width * 0.2);
     const long = [`compression −${most}`, `+${most} tension${stress ? "" : " (strain)"}`];
     const room = width - 14 - bar - 2 * 8 - 6;
-    const fits = long.reduce((sum, text) => sum + pen.measureText(text).width, 0) <= room;
+    const fits = long.reduce((sum, text) => sum + pen.measureText(tr(text)).width, 0) <= room;
     const [from, to] = fits ? long : [`−${most}`, `+${most}${stress ? "" : " strain"}`];
     pen.fillStyle = colours.muted;
-    const left = 14 + pen.measureText(from).width + 8;
-    pen.fillText(from, 14, y + 10);
-    pen.fillText(to, left + bar + 8, y + 10);
+    const left = 14 + pen.measureText(tr(from)).width + 8;
+    pen.fillText(tr(from), 14, y + 10);
+    pen.fillText(tr(to), left + bar + 8, y + 10);
     for (let i = 0; i < bar; i++) {
       pen.fillStyle = signed((2 * i) / bar - 1);
       pen.fillRect(left + i, y, 1.5, 10);

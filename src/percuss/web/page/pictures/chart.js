@@ -9,6 +9,7 @@ import { h, put } from "../core/dom.js";
 import { theme } from "./colours.js";
 import { layout, mark, paint, swatch } from "./chart_pen.js";
 import { data } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 export const PHASES = [0, 0.5, 1, 1.5, 2].map((i) => [i * Math.PI, ["0", "π/2", "π", "3π/2", "2π"][2 * i]]);
 
@@ -66,7 +67,7 @@ export class Chart {
   draw(spec) {
     this.spec = spec;
     this.above = null;
-    if (spec.about) this.canvas.setAttribute("aria-label", spec.about);
+    if (spec.about) this.canvas.setAttribute("aria-label", tr(spec.about));
     this.legends(spec.items);
     this.repaint();
   }

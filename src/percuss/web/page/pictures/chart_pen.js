@@ -3,6 +3,7 @@
 import { number } from "../core/format.js";
 import { theme } from "./colours.js";
 import { fillHatch, hatched } from "./hatch.js";
+import { tr } from "../core/words.js";
 
 const FONT = "12.5px system-ui, sans-serif";
 
@@ -57,7 +58,7 @@ export function layout(pen, spec, width, height) {
   const bottom = height - (spec.x.label ? 40 : 22);
   const top = 10;
   const ticksY = spec.y.ticks ?? roundTicks(spec.y.from, spec.y.to, (bottom - top) / 45);
-  const widest = Math.max(0, ...ticksY.map(([, text]) => pen.measureText(text).width));
+  const widest = Math.max(0, ...ticksY.map(([, text]) => pen.measureText(tr(text)).width));
   let left = Math.ceil(widest) + (spec.y.label ? 30 : 10);
   let right = width - 12;
   let low = bottom;
@@ -104,7 +105,7 @@ export function paint(pen, spec, frame) {
     } else if (item.type === "label") {
       pen.fillStyle = item.colour ?? colours.ink;
       pen.textAlign = item.align ?? "left";
-      pen.fillText(item.text, px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
+      pen.fillText(tr(item.text), px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
     }
   }
 }
@@ -160,16 +161,16 @@ function grid(pen, spec, frame, colours) {
   pen.stroke();
   pen.textAlign = "center";
   pen.textBaseline = "top";
-  for (const [value, text] of ticksX) pen.fillText(text, px(value), bottom + 5);
-  pen.fillText(spec.x.label, (left + right) / 2, bottom + 22);
+  for (const [value, text] of ticksX) pen.fillText(tr(text), px(value), bottom + 5);
+  pen.fillText(tr(spec.x.label), (left + right) / 2, bottom + 22);
   pen.textAlign = "right";
   pen.textBaseline = "middle";
-  for (const [value, text] of ticksY) pen.fillText(text, left - 6, py(value));
+  for (const [value, text] of ticksY) pen.fillText(tr(text), left - 6, py(value));
   pen.save();
-  pen.translate(left - Math.max(0, ...ticksY.map(([, text]) => pen.measureText(text).width)) - 18, (top + bottom) / 2);
+  pen.translate(left - Math.max(0, ...ticksY.map(([, text]) => pen.measureText(tr(text)).width)) - 18, (top + bottom) / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
-  pen.fillText(spec.y.label, 0, 0);
+  pen.fillText(tr(spec.y.label), 0, 0);
   pen.restore();
   pen.textBaseline = "alphabetic";
 }

@@ -6,6 +6,7 @@ import { keyed } from "./chart.js";
 import { layout, paint, sample } from "./chart_pen.js";
 import { theme } from "./colours.js";
 import { SvgPen } from "./svg_pen.js";
+import { tr } from "../core/words.js";
 
 /** @typedef {{ label: string, from: number, to: number, ticks?: [number, string][] }} Axis */
 /** @typedef {ArrayLike<number | null>} Numbers */
@@ -29,7 +30,7 @@ function rowsOf(pen, spec, width) {
   pen.font = `12.5px ${FAMILY}`;
   let [x, row] = [EDGE, 0];
   const places = keyed(spec.items).map((/** @type {Item} */ item) => {
-    const needed = 34 + pen.measureText(item.name).width + 18;
+    const needed = 34 + pen.measureText(tr(item.name)).width + 18;
     if (x > EDGE && x + needed > width - EDGE) [x, row] = [EDGE, row + 1];
     const place = { item, x, row };
     x += needed;
@@ -47,10 +48,10 @@ function compose(pen, { title, spec }, { name, date, width, height }) {
   const legend = rowsOf(pen, spec, width);
   pen.fillStyle = colours.ink;
   pen.font = `600 16px ${FAMILY}`;
-  pen.fillText(title, EDGE, 28);
+  pen.fillText(tr(title), EDGE, 28);
   pen.font = `12.5px ${FAMILY}`;
   pen.fillStyle = colours.muted;
-  pen.fillText([name, date].filter(Boolean).join(" · "), EDGE, 48);
+  pen.fillText(tr([name, date].filter(Boolean).join(" · ")), EDGE, 48);
   const [top, bottom] = [60, height - EDGE - ROW * legend.count];
   pen.save();
   pen.translate(0, top);
@@ -65,7 +66,7 @@ function compose(pen, { title, spec }, { name, date, width, height }) {
     pen.font = `12.5px ${FAMILY}`;
     pen.fillStyle = colours.ink;
     pen.textAlign = "left";
-    pen.fillText(item.name, x + 34, y + 10);
+    pen.fillText(tr(item.name), x + 34, y + 10);
   }
 }
 

@@ -5,6 +5,7 @@
 import { $, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
 import { data, isHeld, know, show, switchesItself, view } from "../core/state.js";
+import { tr } from "../core/words.js";
 
 /** What a drawer is: its name in the address, its title, what fills it; where it belongs, and for which cases.
  * @typedef {{ name: string, title: string, start: (place: HTMLElement) => void, place?: "head", clocked?: boolean,
@@ -58,7 +59,7 @@ export function startDrawers(panels) {
     put(title, now?.title ?? "");
     grow.hidden = Boolean(now?.place);
     put(grow, view.tall ? "▾" : "▴");
-    grow.setAttribute("aria-label", view.tall ? "Smaller" : "Larger");
+    grow.setAttribute("aria-label", tr(view.tall ? "Smaller" : "Larger"));
     panels.forEach((panel, i) => {
       sections[i].hidden = panel !== now;
       const tab = $(`#tab-${panel.name}`);

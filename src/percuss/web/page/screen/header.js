@@ -12,6 +12,7 @@ import { forPaper, forgetTheme } from "../pictures/colours.js";
 import { opener } from "./drawers.js";
 import { presentFigures } from "./headline.js";
 import { shareMenu } from "./share.js";
+import { LANGUAGES, language, tr, useLanguage } from "../core/words.js";
 
 const THEMES = ["auto", "light", "dark"];
 
@@ -81,6 +82,13 @@ export function startHeader(panels, failed) {
       ["US", "in, psi"],
     ].map(([value, text]) => h("option", { value, selected: value === system }, text)),
   );
+  const languages = h(
+    "select",
+    { id: "language", "aria-label": "Language", title: "Language", onchange: () => useLanguage(languages.value) },
+    Object.entries(LANGUAGES).map(([value, name]) =>
+      h("option", { value, title: name, selected: value === language }, value.toUpperCase()),
+    ),
+  );
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
   const share = shareMenu();
   $("#top").append(
@@ -88,7 +96,7 @@ export function startHeader(panels, failed) {
     changes,
     h("div", { class: "steps" }, steps, reset, pin),
     places,
-    h("div", { class: "tools" }, units, sound, theme, share, files),
+    h("div", { class: "tools" }, units, languages, sound, theme, share, files),
   );
   startTheme();
   addEventListener("keydown", keys);
@@ -187,8 +195,8 @@ function setTheme(name) {
   else document.documentElement.dataset.theme = name;
   localStorage.setItem("percuss-theme", name);
   const label = `Theme: ${name}`;
-  $("#theme").setAttribute("aria-label", label);
-  $("#theme").title = label;
+  $("#theme").setAttribute("aria-label", tr(label));
+  $("#theme").title = tr(label);
   repaint();
 }
 

@@ -6,6 +6,7 @@ import { plainNumber, quantity, typedQuantity, withUnit } from "../core/format.j
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
 import { data, locked, move, on, show, switchesItself, view } from "../core/state.js";
 import { machineSliders } from "./machine_sliders.js";
+import { tr } from "../core/words.js";
 
 const IN_SIGHT = 7; // the others are under "more"
 
@@ -111,7 +112,7 @@ function slider(one) {
       tick.style.left = `calc(8px + ${share} * (100% - 16px))`; // the middle of the thumb goes from 8px to 8px
       input.disabled = field.disabled = locked(name);
       const words = withUnit(value, unit);
-      input.setAttribute("aria-valuetext", words);
+      input.setAttribute("aria-valuetext", tr(words));
       if (document.activeElement !== field && field.getAttribute("aria-invalid") !== "true" && field.value !== words) field.value = words;
     },
   };
