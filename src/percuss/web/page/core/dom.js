@@ -87,6 +87,21 @@ export function select(label, options, value, onchange, attributes = {}) {
   return h("label", { class: "pick" }, h("span", {}, label), box);
 }
 
+/** A table: its heads, and rows of cells, or of a `tr` and `td` of their own. @param {Child[]} heads
+ * @param {(Child[] | HTMLTableRowElement)[]} rows @param {Record<string, any>} [attributes] */
+export function table(heads, rows, attributes = {}) {
+  const cell = (/** @type {Child} */ one) => (one instanceof HTMLTableCellElement ? one : h("td", {}, one));
+  const row = (/** @type {Child[] | Node} */ one) => (one instanceof Node ? one : h("tr", {}, one.map(cell)));
+  const head = heads.map((one) => h("th", { scope: "col" }, one));
+  return h("table", attributes, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows.map(row)));
+}
+
+/** What went wrong, in words that are read out. @param {{ message: string }} error */
+export const problem = ({ message }) => h("span", { class: "problem", role: "alert" }, message);
+
+/** Whether things may move by themselves. */
+export const movesByItself = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
+
 /** @type {Set<() => void>} */
 const due = new Set();
 

@@ -108,3 +108,6 @@ export function quantity(text) {
 export function plainNumber(value, digits = 4) {
   return Number(value.toPrecision(digits));
 }
+
+/** The first four of a list, in a line. @param {(string | number)[]} items */
+export const few = (items) => items.slice(0, 4).join(", ") + (items.length > 4 ? ", …" : "");
