@@ -1,6 +1,6 @@
 // The page's start: its parts, the catalogue, and the state from the address.
 
-import { get, takeToken } from "./core/api.js";
+import { get, problemsOf, takeToken } from "./core/api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./core/address.js";
 import { data, setTables, tell, wish } from "./core/state.js";
 import { during } from "./core/under_way.js";
@@ -33,7 +33,7 @@ async function load(address) {
 }
 
 function failed(error) {
-  data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
+  data.problems = problemsOf(error);
   tell("problems");
   data.machines = [...data.machines]; // a machine that did not come is not the one that is shown
 }

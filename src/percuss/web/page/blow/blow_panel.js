@@ -1,12 +1,11 @@
 // One blow, resolved by waves: striker, tool and rock in slow motion, the force, and where the energy goes.
 
-import { postBinary } from "../core/api.js";
+import { postBinary, problemsOf, saidOf } from "../core/api.js";
 import { blowCharts, blowUnits, drawBlow, followBlow, tellShares } from "./blow_charts.js";
 import { blowPlayer, pauseBlow, playBlow, stepBlow, toggleBlow } from "./blow_player.js";
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
 import { BlowStage } from "./blow_stage.js";
-import { h, latest, put, select } from "../core/dom.js";
-import { list, said } from "../case/case_files.js";
+import { facts, h, latest, put, select } from "../core/dom.js";
 import { counted, number, percent, si, withUnit } from "../core/format.js";
 import { data, isHeld, on, show, view } from "../core/state.js";
 import { tr } from "../core/words.js";
@@ -103,7 +102,7 @@ function failed(error, { key }) {
   if (error.status !== 422 && key === parts.key) parts.key = ""; // the same question may be answered later
   pauseBlow();
   put(parts.sentence, "");
-  const lines = error.problems?.map((one) => [one.key && `${one.key}: `, said(one)]) ?? [error.message];
+  const lines = problemsOf(error).map(saidOf);
   const before = parts.blow && parts.stage.canvas.dataset.key !== key;
   put(
     parts.problem,
@@ -124,7 +123,7 @@ function words(blow) {
   put(parts.notes, blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`).join(" "));
   parts.stage.canvas.setAttribute("aria-label", tr(`Striker, tool and rock with the waves in them. ${blow.sentence}`));
   tellShares(blow);
-  put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
+  put(parts.facts, h("h2", {}, "The whole blow"), facts(factsOf(blow)));
 }
 
 function factsOf({ answer, units, waves, velocity_from: from, energy_before: before }) {

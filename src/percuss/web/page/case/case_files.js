@@ -1,7 +1,7 @@
 // Files that become a case: TOML, and measured histories of the load.
 
-import { post, upload } from "../core/api.js";
-import { $, $$, h, put } from "../core/dom.js";
+import { post, problemsOf, saidOf, upload } from "../core/api.js";
+import { $, $$, facts, h, put } from "../core/dom.js";
 import { number, percent, withUnit } from "../core/format.js";
 import { data, setTables, show, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
@@ -19,9 +19,6 @@ export const fileName = () =>
     .toLowerCase()
     .replace(/[^a-z0-9]+/g, "-")
     .replace(/^-+|-+$/g, "") || "case";
-
-/** A problem in words. */
-export const said = (problem) => [problem.message, problem.remedy].filter(Boolean).join(" — ");
 
 /** The card with the files; `told` is called when a file was refused. */
 export function filesCard(told) {
@@ -137,7 +134,7 @@ async function readCase(file, record) {
     show({});
     put(parts.history, found.history ? recording(found.history, found.notes) : "");
   } catch (error) {
-    refuse(error.problems ?? [{ key: "", message: error.message, remedy: "" }]);
+    refuse(problemsOf(error));
   }
 }
 
@@ -167,10 +164,10 @@ async function readHistory() {
     setTables({ ...data.tables, load: found.load });
     parts.history.scrollIntoView({ block: "nearest" });
   } catch (error) {
-    const list = error.problems ?? [{ key: "", message: error.message, remedy: "" }];
+    const list = problemsOf(error);
     put(
       parts.history,
-      list.map((p) => h("p", { class: "problem", role: "alert" }, [p.key && `${p.key}: `, said(p)])),
+      list.map((p) => h("p", { class: "problem", role: "alert" }, saidOf(p))),
     );
     parts.history.scrollIntoView({ block: "nearest" }); // a refusal out of sight is none
   }
@@ -188,12 +185,5 @@ export function recording(report, notes = []) {
     ["not captured by them", percent(report.residual)],
   ];
   const words = [...notes, ...(report.warnings ?? [])].map((text) => h("p", { class: "note warn" }, text));
-  return [h("h3", {}, "The recording"), list(rows), words];
+  return [h("h3", {}, "The recording"), facts(rows), words];
 }
-
-export const list = (rows) =>
-  h(
-    "dl",
-    { class: "facts" },
-    rows.map(([name, value]) => [h("dt", {}, name), h("dd", {}, value)]),
-  );

@@ -1,9 +1,9 @@
 // The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
 
-import { post } from "../core/api.js";
-import { download, h, put, select } from "../core/dom.js";
+import { post, said, saidOf } from "../core/api.js";
+import { download, facts, h, put, select } from "../core/dom.js";
 import { number, si, withUnit } from "../core/format.js";
-import { fileName, fileProblems, filesCard, list, recording, said } from "./case_files.js";
+import { fileName, fileProblems, filesCard, recording } from "./case_files.js";
 import { struckNow, whatIsStruck } from "../blow/blow_target.js";
 import { coefficients, fillCoefficients } from "./coefficients.js";
 import { BAR, CONTACT, HELD, KINDS, MODES, MOUNTED, SHARED, START, SYSTEM, TITLE, loadFields, otherLoad, struckFields } from "./fields.js";
@@ -44,7 +44,7 @@ function startCase(panel) {
   const seen = (action) => () => view.panel === "case" && action();
   on("tables info view", seen(build));
   on("problems view", seen(problems));
-  on("info", facts);
+  on("info", whatFollows);
 }
 
 /** Which form: SI, or plain numbers. */
@@ -213,11 +213,11 @@ function problems() {
   put(
     parts.general,
     refused && h("p", { class: "note bad" }, refused),
-    general.map((p) => h("p", { class: "note bad" }, [p.key && `${p.key}: `, said(p)])),
+    general.map((p) => h("p", { class: "note bad" }, saidOf(p))),
   );
 }
 
-function facts() {
+function whatFollows() {
   const { info } = data;
   if (!info) return;
   const { bar, first_mode: mode } = info;
@@ -250,8 +250,8 @@ function facts() {
     h(
       "div",
       { class: "grid" },
-      machine && part("The machine", list(machine)),
-      part("In plain numbers", list(rows)),
+      machine && part("The machine", facts(machine)),
+      part("In plain numbers", facts(rows)),
       info.history && h("div", {}, recording(info.history, info.notes)),
     ),
   );

@@ -14,15 +14,23 @@ export function takeToken() {
   history.replaceState(null, "", `${location.pathname}#${found[2]}`);
 }
 
-/** What the server refused, with the problems as it told them.
- * @typedef {{ key: string, value: any, message: string, remedy: string }} Problem */
+/** @typedef {{ key: string, value?: any, message: string, remedy: string }} Problem */
+
+/** A problem in words. @param {Problem} problem */
+export const said = ({ message, remedy }) => [message, remedy].filter(Boolean).join(" — ");
+
+/** One after the key that it is of. @param {Problem} problem */
+export const saidOf = (problem) => [problem.key && `${problem.key}: `, said(problem)];
+
+/** The problems that an error tells of. @param {any} error @returns {Problem[]} */
+export const problemsOf = (error) =>
+  error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
+
+/** What the server refused, with the problems as it told them. */
 export class Refusal extends Error {
   /** @param {number} status @param {Problem[]} problems */
   constructor(status, problems) {
-    super(
-      problems.map((p) => [p.message, p.remedy].filter(Boolean).join(" — ")).join("\n") ||
-        `The server answered ${status}.`,
-    );
+    super(problems.map(said).join("\n") || `The server answered ${status}.`);
     this.status = status;
     this.problems = problems;
   }

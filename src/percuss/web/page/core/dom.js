@@ -84,8 +84,22 @@ export function select(label, options, value, onchange, attributes = {}) {
     { ...attributes, onchange: (/** @type {any} */ event) => onchange(event.target.value) },
     options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)),
   );
-  return h("label", { class: "pick" }, h("span", {}, label), box);
+  return labelled(label, box);
 }
+
+/** A control with its label above it. @param {string} label @param {Child} control @param {Child[]} more */
+export const labelled = (label, control, ...more) => h("label", { class: "pick" }, h("span", {}, label), control, more);
+
+/** A button. @param {string} text @param {() => void} onclick @param {Record<string, any>} [attributes] */
+export const button = (text, onclick, attributes = {}) => h("button", { type: "button", ...attributes, onclick }, text);
+
+/** A list of facts: what each is called, and what it is. @param {(Child[] | false | null | undefined)[]} rows */
+export const facts = (rows) =>
+  h(
+    "dl",
+    { class: "facts" },
+    rows.map((row) => row && [h("dt", {}, row[0]), h("dd", {}, row[1])]),
+  );
 
 /** A table: its heads, and rows of cells, or of a `tr` and `td` of their own. @param {Child[]} heads
  * @param {(Child[] | HTMLTableRowElement)[]} rows @param {Record<string, any>} [attributes] */

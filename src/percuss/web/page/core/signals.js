@@ -24,7 +24,7 @@ function forget(reader) {
   reader.sources.clear();
 }
 
-/** @template T @param {Reader} reader @param {() => T} action */
+/** @template T @param {Reader | null} reader @param {() => T} action */
 function within(reader, action) {
   const before = reading;
   reading = reader;
@@ -98,6 +98,18 @@ export function effect(action) {
   const own = new Effect(action);
   own.run();
   return () => (forget(own), due.delete(own));
+}
+
+/** Run an action now, and again when its key has another content: an effect of the key alone, whatever the action reads.
+ * Nothing happens while the key is false or null. @param {() => any} key @param {() => void} action */
+export function whenever(key, action) {
+  let before = "";
+  return effect(() => {
+    const now = key();
+    if (!now || JSON.stringify(now) === before) return;
+    before = JSON.stringify(now);
+    within(null, action);
+  });
 }
 
 /** An object whose properties are signals. @template {Record<string, any>} T @param {T} initial @returns {T} */

@@ -2,7 +2,7 @@
 // What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
 // `view` is all that the address bar holds; `data` is what the server answered.
 
-import { get, post, postBinary } from "./api.js";
+import { get, post, postBinary, problemsOf } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
 import { quantity } from "./format.js";
 import { heldAt, inOwnUnit, present, unitOf, valueAt, withKey } from "./moves.js";
@@ -245,7 +245,7 @@ function takeMachine(machine, count) {
 /** @param {any} error @param {Asked} question */
 function refused(error, question) {
   if (question.count !== data.changed) return;
-  data.problems = error.problems ?? [{ key: "", value: null, message: String(error.message ?? error), remedy: "" }];
+  data.problems = problemsOf(error);
   data.quick = data.steady = data.machine = null;
   for (const topic of ["problems", "quick", "steady", "machine"]) tell(topic);
 }

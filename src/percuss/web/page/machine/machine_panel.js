@@ -1,8 +1,8 @@
 // The machine that switches itself: piston, ports and valve in slow motion, its cycle as curves, energy and rate over the
 // pressure; or what keeps it from running.
 
-import { list, said } from "../case/case_files.js";
-import { h, put, framed } from "../core/dom.js";
+import { saidOf } from "../core/api.js";
+import { facts, framed, h, put } from "../core/dom.js";
 import { number, percent, si, withUnit } from "../core/format.js";
 import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machineUnits } from "./machine_charts.js";
 import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, toggleMachine } from "./machine_player.js";
@@ -60,7 +60,7 @@ function want() {
   const motion = data.machine;
   if (!motion) {
     pauseMachine();
-    const lines = data.problems.map((one) => [one.key && `${one.key}: `, said(one)]);
+    const lines = data.problems.map(saidOf);
     return put(parts.obstacle, lines.map((line) => h("p", { class: "note bad" }, line)));
   }
   const started = startUp();
@@ -190,7 +190,7 @@ function figures({ answer, scales }) {
   const frequency = scales && data.info?.bar ? data.info.bar.first_mode_Hz : null;
   return [
     h("h2", {}, "The cycle"),
-    list([
+    facts([
       ...rows,
       ["power stroke, share of the cycle", percent(duty)],
       ["multiplier", number(Math.hypot(...(answer.multipliers[0] ?? [0, 0])))],
@@ -209,7 +209,7 @@ function margins({ margins: found }, scales) {
     found.chamber_to_run !== null && ["gas of the chamber, to run", `${number(found.chamber_to_run, 3)} times as much at most`],
     found.chamber_to_start !== null && ["to start from rest", `${number(found.chamber_to_start, 3)} times as much at most`],
   ].filter(Boolean);
-  return [h("h3", {}, "Margins, of a rigid piston"), list(rows)];
+  return [h("h3", {}, "Margins, of a rigid piston"), facts(rows)];
 }
 
 function changes({ sensitivities, modes }) {

@@ -1,7 +1,6 @@
 // Which motion of a machine is shown: its cycle, or how it comes to it from a start, which can be typed or drawn.
 
-import { postBinary } from "../core/api.js";
-import { said } from "../case/case_files.js";
+import { postBinary, said } from "../core/api.js";
 import { h, latest, put } from "../core/dom.js";
 import { typed } from "../case/fields.js";
 import { plainNumber } from "../core/format.js";

@@ -1,11 +1,10 @@
 // The stability plane: verdicts as an image, the exact fold and flip curves over it, the design as a point that can be
 // dragged, clicked to another place, or moved by the arrow keys.
 
-import { said } from "../case/case_files.js";
 import { blowsInset } from "./blows_inset.js";
 import { Chart } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
-import { post } from "../core/api.js";
+import { post, saidOf } from "../core/api.js";
 import { framed, h, latest, put, settled } from "../core/dom.js";
 import { number, plainNumber, si } from "../core/format.js";
 import { axis, choices, keptRanges, labelOf, parameter, told } from "./map_axes.js";
@@ -101,7 +100,7 @@ function failed(error) {
   if (error.name === "AbortError") return;
   parts.key = "";
   parts.bar.hidden = true;
-  const words = error.problems?.map((p) => [p.key && `${p.key}: `, said(p)].filter(Boolean).join("")).join("; ");
+  const words = error.problems?.map((p) => saidOf(p).join("")).join("; ");
   put(parts.status, h("span", { class: "problem" }, words || error.message));
 }
 
