@@ -7,6 +7,9 @@ let palette = null;
 let onPaper = false;
 const NAMES = ["ink", "muted", "line", "surface", "sunken", "accent", "good", "bad", "warn"];
 
+/** The kinds that lines and dots of the families are drawn in: the hues of their cells, seen where they are thin. */
+const LINES = [null, 0, 5, 4, 3, 1];
+
 /** Take the server's palette; before it nothing is drawn. */
 export function usePalette(given) {
   palette = given;
@@ -43,7 +46,11 @@ export function theme() {
   cache = Object.fromEntries(NAMES.map((name) => [name, get(name)]));
   cache.kinds = palette.kinds.map(of);
   cache.verdicts = Object.fromEntries(Object.entries(palette.verdicts).map(([name, colour]) => [name, of(colour)]));
-  cache.families = palette.families.map((family) => ({ ...family, colour: of(family.colour) }));
+  cache.families = palette.families.map((family, i) => ({
+    ...family,
+    colour: of(family.colour),
+    line: cache.kinds[LINES[i]] ?? of(family.colour),
+  }));
   cache.strain = table(palette.strain.map(of));
   cache.stability = table(palette.stability.map(of));
   cache.shares = table(palette.shares);
@@ -60,6 +67,21 @@ export function forgetTheme() {
 /** The family of a found motion, by its label: the first whose pattern fits, as the server has them. */
 export function familyOf(label) {
   return palette.families.findIndex(({ pattern }) => new RegExp(`^(?:${pattern})`).test(label));
+}
+
+const SHADES = 3; // that tell the labels of a family apart; its other labels share one more
+
+/** Looks of lines by the labels of motions, {colour, name}: the hue tells the family, a shade of it the label. */
+export function looksOfLabels(labels) {
+  const { families, ink } = theme();
+  const many = families.map(() => 0);
+  const lookOf = (label) => {
+    const family = familyOf(label);
+    const shade = Math.min(many[family]++, SHADES);
+    const mixed = rgb(families[family].line).map((part, i) => Math.round(part + 0.25 * shade * (rgb(ink)[i] - part)));
+    return { colour: `rgb(${mixed})`, name: shade < SHADES ? label : families[family].name };
+  };
+  return new Map(labels.map((label) => [label, lookOf(label)]));
 }
 
 /** 256 colours of a ramp between its stops. */
