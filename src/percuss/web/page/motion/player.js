@@ -1,36 +1,54 @@
-// What the players of motions and of machines share: play and pause, the slider of time, and that of the slow motion.
+// @ts-check
+// What the players share: play and pause, the slider of time, and that of the slow motion.
 
 import { h, put } from "../core/dom.js";
 import { withUnit } from "../core/format.js";
 import { show } from "../core/state.js";
 import { tr } from "../core/words.js";
 
+/** What can be played: for `length` of its own time; `there` when there is something to play.
+ * @typedef {{ length: number, playing: boolean, there: boolean, play: () => void, pause: () => void,
+ *   seek: (time: number) => void }} Playable */
+/** A factor and the unit that it leads to. @typedef {{ k: number, name: string }} Unit */
+
 export class Player {
-  /** Of a stage: `id` begins the ids, `about` names the slider of time, `slow` is the key of the view that keeps the pace,
-   * which `paced` is told of. */
-  constructor(stage, { id = "", about, slow, paced }) {
-    Object.assign(this, { stage, held: false, told: 0 });
-    const { play, scrub, pace } = { play: `${id}play`, scrub: `${id}scrub`, pace: `${id}slow` };
-    this.play = h("button", { type: "button", class: "main", id: play, "aria-label": "Play", onclick: () => this.toggle() }, "▶");
-    const seek = (event) => ((this.held = true), this.stop(), stage.seek((stage.length * event.target.value) / 1000));
-    this.scrub = h("input", { type: "range", id: scrub, min: 0, max: 1000, step: 1, "aria-label": about, oninput: seek });
+  /** `id` begins the ids, `about` names the slider of time, `slow` is the key of the view that keeps the pace, between
+   * `least` and `most`, which `paced` is told of.
+   * @param {any} stage @param {{ id?: string, about: string, slow: string, paced: () => void, least?: number, most?: number }} about */
+  constructor(stage, { id = "", about, slow, paced, least = 0, most = 100 }) {
+    this.stage = /** @type {Playable} */ (stage);
+    this.held = false; // by the user
+    this.told = 0;
+    const [scrub, pace] = [`${id}scrub`, `${id}slow`];
+    const play = { type: "button", class: "main", id: `${id}play`, "aria-label": "Play", onclick: () => this.toggle() };
+    this.play = h("button", play, "▶");
+    const oninput = (/** @type {any} */ { target }) => this.seek((stage.length * target.value) / target.max);
+    this.scrub = h("input", { type: "range", id: scrub, min: 0, max: 1000, step: 1, "aria-label": about, oninput });
     this.time = h("output", { class: "time", for: scrub }, "–");
-    const slower = (event) => (show({ [slow]: event.target.value }), paced());
-    this.slow = h("input", { type: "range", id: pace, min: 0, max: 100, step: 1, oninput: slower });
+    const slower = (/** @type {any} */ { target }) => (show({ [slow]: target.value }), paced());
+    this.slow = h("input", { type: "range", id: pace, min: least, max: most, step: 1, oninput: slower });
     this.slowly = h("output", { for: pace });
   }
 
-  /** The line below the stage: play, the slider of time, the pace, and further knobs. */
+  /** The line below the stage: play, the slider of time, the pace, and further knobs. @param {Node[]} knobs */
   rows(...knobs) {
-    const pace = h("label", { class: "pace" }, h("span", { class: "hidden-words" }, "Slow motion"), this.slow, this.slowly);
+    const name = h("span", { class: "hidden-words" }, "Slow motion");
+    const pace = h("label", { class: "pace" }, name, this.slow, this.slowly);
     return h("div", { class: "play" }, this.play, this.scrub, this.time, pace, knobs);
+  }
+
+  /** Another moment, as the user wants it: it stays. @param {number} time */
+  seek(time) {
+    this.held = true;
+    this.stop();
+    this.stage.seek(time);
   }
 
   /** Play, or pause, as the user wants it; a motion that comes later stays as the one before was left. */
   toggle() {
     this.held = this.stage.playing;
-    if (this.stage.playing) return this.stop();
-    this.start();
+    if (this.held) this.stop();
+    else this.start();
   }
 
   /** A motion has come: it plays by itself unless the user has paused. */
@@ -49,23 +67,26 @@ export class Player {
     this.says("Play", "▶");
   }
 
+  /** @param {string} words @param {string} sign */
   says(words, sign) {
     put(this.play, sign);
     this.play.setAttribute("aria-label", tr(words));
     this.play.title = tr(`${words} (space)`);
   }
 
-  /** The pace on its slider, 0 to 1, and in words. */
+  /** The pace on its slider, of 0 to 1, and in words. @param {number} share @param {string} words */
   tellPace(share, words) {
-    if (document.activeElement !== this.slow) this.slow.value = 100 * share;
+    if (document.activeElement !== this.slow) this.slow.value = String(100 * share);
     put(this.slowly, words);
     this.slow.setAttribute("aria-valuetext", tr(words));
   }
 
-  /** The present moment on the slider of time and in digits. */
-  tellMoment(time, units, digits = 4) {
+  /** The present moment in digits, and on the slider of time, where it is at `place`.
+   * @param {number} time @param {{ time: Unit }} units @param {number} [digits] @param {number} [place] */
+  tellMoment(time, units, digits = 4, place = time) {
     const { stage, scrub } = this;
-    if (document.activeElement !== scrub || stage.playing) scrub.value = stage.length ? (1000 * time) / stage.length : 0;
+    if (document.activeElement !== scrub || stage.playing)
+      scrub.value = String(stage.length ? (Number(scrub.max) * place) / stage.length : 0);
     const now = performance.now();
     if (stage.playing && now - this.told < 100) return; // nobody reads digits that change with every frame
     this.told = now;
@@ -76,7 +97,7 @@ export class Player {
 }
 
 /** The seconds that a cycle is shown for, evenly in ratios from `real` to `longest` by a share of 0 to 1; without one
- * from the view, the `usual` ones. */
+ * from the view, the `usual` ones. @param {string | number} given @param {{ real: number, usual: number, longest: number }} span */
 export function paceOf(given, { real, usual, longest }) {
   const span = Math.log(longest / real);
   const share = given === "" ? Math.log(Math.max(usual, real) / real) / span : Number(given) / 100 || 0;
