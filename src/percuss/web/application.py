@@ -5,6 +5,8 @@ from __future__ import annotations
 import gzip
 import hashlib
 import logging
+import posixpath
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -226,8 +228,16 @@ class Shelf:
                 self._files[f"{prefix}{entry.name}"] = _File.of(entry.read_bytes(), suffix)
 
     def _name_modules(self) -> None:
-        """Every module named in index.html: the browser asks for all of them without reading one after the other."""
-        links = [f'<link rel="modulepreload" href="/static/{name}">' for name in self.names if name.endswith(".js")]
+        """What main.js imports, named in index.html: the browser asks for all of it without reading file by file."""
+        named: set[str] = set()
+        wanted = ["main.js"]
+        while wanted:
+            name = wanted.pop()
+            if name in self._files and name not in named:
+                named.add(name)
+                imports = re.findall(r'\bfrom "(\.[^"]+)"', self._files[name].data.decode())
+                wanted += [posixpath.normpath(posixpath.join(posixpath.dirname(name), one)) for one in imports]
+        links = [f'<link rel="modulepreload" href="/static/{name}">' for name in sorted(named)]
         page = self._files["index.html"].data.replace(b"<!-- modules -->", "\n".join(links).encode())
         self._files["index.html"] = _File.of(page, ".html")
 

@@ -1,15 +1,66 @@
-// The drawers in the order of their buttons, and the places of the head. A new one is a file and a line here. Each file
-// exports its `panel`: the `name` in the address, the `title`, `start`, which fills its section, and, where it has them,
-// the `defaults` of what it keeps in the address, what it `needs` of the answer to a slider, and whether it is of `clocked`
-// loads or of `free` bars only.
+// @ts-check
+// The drawers in the order of their buttons, and the places of the head: the name in the address, the title, what is kept
+// in the address, what it `needs` of the answer to a slider, whether it is of `clocked` loads or of `free` bars only. What
+// fills its section is the `start` of a module that is loaded when it is opened, or when the page has nothing else to do.
 
-import { panel as blow } from "./blow/blow_panel.js";
-import { panel as branches } from "./branches/branches_panel.js";
-import { panel as casePanel } from "./case/case_panel.js";
-import { panel as experiment } from "./drawers/experiment_panel.js";
-import { panel as hammer } from "./drawers/hammer_panel.js";
-import { panel as lessons } from "./lessons/lessons_panel.js";
-import { panel as orbits } from "./orbits/orbits_panel.js";
-import { panel as report } from "./drawers/report_panel.js";
-
-export const PANELS = [orbits, branches, blow, experiment, hammer, casePanel, lessons, report];
+/** @type {import("./screen/drawers.js").Panel[]} */
+export const PANELS = [
+  {
+    name: "orbits",
+    title: "All motions",
+    needs: { curve: 361, multipliers: true },
+    load: () => import("./orbits/orbits_panel.js"),
+  },
+  {
+    name: "branches",
+    title: "Branches",
+    defaults: {
+      along: "load_factor",
+      alongr: "", // the range "from:to", empty for the server's
+      up: "phase",
+      begin: "", // "2/1:3"; empty for the motion of the head
+      depth: 1, // how often to go on at flips
+      bmodes: 8,
+      every: "", // "3/3": with all branches up to this label
+      settled: 0, // 1: with what simulations settle on
+      spot: "", // the place that is looked at: "value,phase of its first impact"
+      branchSlow: "",
+    },
+    load: () => import("./branches/branches_panel.js"),
+  },
+  {
+    name: "blow",
+    title: "One blow by waves",
+    defaults: {
+      blowShow: "start",
+      blowSlow: 12, // seconds that all that is shown takes
+    },
+    free: true,
+    load: () => import("./blow/blow_panel.js"),
+  },
+  {
+    name: "experiment",
+    title: "Random starts",
+    defaults: { starts: 300, distribution: "wall", seed: 1, emodes: 0 },
+    load: () => import("./drawers/experiment_panel.js"),
+  },
+  {
+    name: "hammer",
+    title: "Design and tolerance",
+    defaults: { ask: "design" },
+    load: () => import("./drawers/hammer_panel.js"),
+  },
+  { name: "case", title: "Case as a form", load: () => import("./case/case_panel.js") },
+  {
+    name: "lessons",
+    title: "Lessons",
+    place: "head",
+    defaults: {
+      lesson: 0,
+      scene: 0, // of the lesson, from 1
+      projector: 0, // 1: only verdict, stage, map and the sentence, in large type
+    },
+    load: () => import("./lessons/lessons_panel.js"),
+  },
+  { name: "report", title: "Report", place: "head", load: () => import("./drawers/report_panel.js") },
+];

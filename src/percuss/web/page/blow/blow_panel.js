@@ -10,17 +10,6 @@ import { counted, number, percent, si, withUnit } from "../core/format.js";
 import { data, isHeld, on, show, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 
-export const panel = {
-  name: "blow",
-  title: "One blow by waves",
-  defaults: {
-    blowShow: "start",
-    blowSlow: 12, // seconds that all that is shown takes
-  },
-  free: true,
-  start: startBlow,
-};
-
 const SHOWN = [
   ["start", "its start: 300 µs, or 6 transits"],
   ["contact", "until it has parted"],
@@ -30,7 +19,9 @@ const SHOWN = [
 const parts = { key: "", again: false };
 
 /** What of it stands on the screen while its drawer is open. */
-export function blowScene() {
+export const blowScene = () => (parts.scene ??= madeScene());
+
+function madeScene() {
   const canvas = h("canvas", { id: "blow-stage", role: "img", "aria-label": "Striker and tool" });
   parts.scale = h("p", { class: "small muted", id: "blow-scale" });
   parts.stage = new BlowStage(canvas, parts.scale);
@@ -38,7 +29,8 @@ export function blowScene() {
   return { stage: [h("div", { class: "stage", id: "blow-in-sight" }, canvas), blowPlayer(painted, parts.shown)], toggle: toggleBlow, step: stepBlow };
 }
 
-function startBlow(panel) {
+export function start(panel) {
+  blowScene();
   parts.sentence = h("p", { id: "blow-sentence", role: "status" });
   parts.notes = h("p", { class: "small muted", id: "blow-notes" });
   parts.problem = h("div", { role: "alert", id: "blow-problem" });

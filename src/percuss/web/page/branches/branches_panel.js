@@ -16,24 +16,6 @@ import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
 import { REST, chosen, data, isHeld, modesInWords, move, on, show, switchesItself, view } from "../core/state.js";
 
-export const panel = {
-  name: "branches",
-  title: "Branches",
-  defaults: {
-    along: "load_factor",
-    alongr: "", // the range "from:to", empty for the server's
-    up: "phase",
-    begin: "", // "2/1:3"; empty for the motion of the head
-    depth: 1, // how often to go on at flips
-    bmodes: 8,
-    every: "", // "3/3": with all branches up to this label
-    settled: 0, // 1: with what simulations settle on
-    spot: "", // the place that is looked at: "value,phase of its first impact"
-    branchSlow: "",
-  },
-  start: startBranches,
-};
-
 const NEAR = 40; // pixels within which a click takes the branch
 const parts = {};
 let key = "";
@@ -44,7 +26,7 @@ let spot = null; // {branch, along}
 let since = 0; // the last change of the case that is not a move through the parameter
 let dragging = false;
 
-function startBranches(section) {
+export function start(section) {
   parts.chart = new Chart("Branches of motions", { kind: "map", role: "application", about: "Branches of motions" });
   const { canvas } = parts.chart;
   Object.assign(canvas, { tabIndex: 0, id: "branches" });

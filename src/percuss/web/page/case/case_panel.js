@@ -13,16 +13,10 @@ import { sectioned, sectionsTable, toolTable, uniformOrSections } from "./sectio
 import { data, on, setTables, view } from "../core/state.js";
 import { clockedLoad, valveFields, valveKeys, valveLoad } from "./valve_fields.js";
 
-export const panel = {
-  name: "case",
-  title: "Case as a form",
-  start: startCase,
-};
-
 let shape = "";
 const parts = {};
 
-function startCase(panel) {
+export function start(panel) {
   parts.form = h("form", {
     class: "grid",
     id: "case-form",

@@ -58,17 +58,36 @@ const listeners = new Map();
 /** Be told of a topic: view, tables, quick, info, steady, machine, played, problems, theme.
  * @param {string} topics @param {(topic: string) => void} heard */
 export function on(topics, heard) {
-  for (const topic of topics.split(" ")) listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
+  for (const topic of topics.split(" ")) {
+    listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
+    late?.set(heard, topic);
+  }
+}
+
+/** What is heard by what starts after the page, each with one of its topics. @type {Map<(topic: string) => void, string> | null} */
+let late = null;
+
+/** Start what is loaded after the page: what there is is told to it at once. @param {() => void} start */
+export function startLate(start) {
+  late = new Map();
+  const heard = late;
+  start();
+  late = null;
+  if (data.tables) for (const [action, topic] of heard) attempt(action, topic);
 }
 
 /** Tell all; one that fails is reported, and the others hear of it all the same. @param {string} topic */
 export function tell(topic) {
-  for (const heard of listeners.get(topic) ?? [])
-    try {
-      heard(topic);
-    } catch (error) {
-      reportError(error);
-    }
+  for (const heard of listeners.get(topic) ?? []) attempt(heard, topic);
+}
+
+/** @param {(topic: string) => void} heard @param {string} topic */
+function attempt(heard, topic) {
+  try {
+    heard(topic);
+  } catch (error) {
+    reportError(error);
+  }
 }
 
 /** @param {Record<string, any>} changes */

@@ -63,32 +63,42 @@ function templateOf(key, target) {
 /** A text in the language of the page. @template {string | null | undefined} T @param {T} text @returns {T} */
 export function tr(text) {
   if (!phrases || !text) return text;
-  let found = done.get(text);
-  if (found === undefined) {
-    found = translated(text) ?? withCommas(text);
-    if (done.size > 5000) done.clear();
-    done.set(text, found);
-  }
+  const found = done.get(text) ?? translated(text);
+  if (done.size > 5000) done.clear();
+  done.set(text, found);
   return /** @type {T} */ (found);
 }
 
-/** The translation of a text; null, and a note of it, where there is none. @param {string} text @returns {string | null} */
+/** The translation of a text, and a note of what there is none of. @param {string} text @returns {string} */
 function translated(text) {
-  const inner = text.trim();
-  if (inner !== text) return inner && around(text, inner);
-  const whole = phrase(text) ?? template(text);
-  if (whole !== null) return whole;
-  if (isWordless(text)) return withCommas(text);
-  const parts = text.split(/(?<=[.;:!?]) | · |, (?=\D)| — /);
-  if (parts.length === 1) return (missed.add(text), null);
-  const marks = text.match(/(?<=[.;:!?]) | · |, (?=\D)| — /g) ?? [];
-  return parts.map((part, i) => (translated(part) ?? part) + (marks[i] ?? "")).join("");
+  const found = known(text);
+  if (found !== null) return found;
+  const parts = text.split(SENTENCES);
+  if (parts.length === 1) missed.add(text);
+  return parts.length === 1
+    ? text
+    : parts.map((part, i) => (i % 2 ? part : /** @type {string} */ (translated(part)))).join("");
 }
 
-/** @param {string} text @param {string} inner */
-function around(text, inner) {
-  const [before, after] = [text.slice(0, text.indexOf(inner)), text.slice(text.indexOf(inner) + inner.length)];
-  return before + (translated(inner) ?? withCommas(inner)) + after;
+// What stands between texts that are translated each for itself: sentences first, then what a list or a label is made of.
+const SENTENCES = /((?<=[.;!?])\s+|: | — | · )/;
+const PARTS = /(: |, | = | \((?=[\w.[\]]*\.[\w.[\]]*\)$)| \[(?=[^[\]]*\]$)|[.;:)\]…▸▾]+$|^\s+|\s+$|^[▴●]\s?)/;
+
+/** The translation of a text by the catalogue: as a whole, with its first letter small, or part by part where all are
+ * known; null where there is none. @param {string} text @returns {string | null} */
+function known(text) {
+  const whole = phrase(text) ?? template(text) ?? (isWordless(text) ? withCommas(text) : null);
+  if (whole !== null) return whole;
+  const small = text[0].toLowerCase() + text.slice(1);
+  const uncapped = small === text ? null : (phrase(small) ?? template(small));
+  if (uncapped !== null) return uncapped[0].toUpperCase() + uncapped.slice(1);
+  for (const marks of [SENTENCES, PARTS]) {
+    const parts = text.split(marks);
+    /** @type {(string | null)[]} */
+    const found = parts.length > 1 ? parts.map((part, i) => (i % 2 || !part ? part : known(part))) : [null];
+    if (found.every((part) => part !== null)) return found.join("");
+  }
+  return null;
 }
 
 /** @param {string} text */
@@ -107,7 +117,7 @@ function template(text) {
     if (!found) continue;
     const pieces = found.slice(1);
     const numbers = pieces.filter((_, i) => kinds[i] === "#").map(withCommas);
-    const words = pieces.filter((_, i) => kinds[i] !== "#").map((piece) => translated(piece) ?? piece);
+    const words = pieces.filter((_, i) => kinds[i] !== "#").map((piece) => translated(piece));
     return filledIn(target, numbers, words);
   }
   return null;

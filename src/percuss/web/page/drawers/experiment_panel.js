@@ -6,13 +6,6 @@ import { $, download, h, put, select } from "../core/dom.js";
 import { counted, number, percent } from "../core/format.js";
 import { data, on, show, view } from "../core/state.js";
 
-export const panel = {
-  name: "experiment",
-  title: "Random starts",
-  defaults: { starts: 300, distribution: "wall", seed: 1, emodes: 0 },
-  start: startExperiment,
-};
-
 const DISTRIBUTIONS = { wall: "near the wall", field: "all over, ringing", gentle: "gentle" };
 
 /** A message of the server with the distributions as they are called here. */
@@ -23,7 +16,7 @@ let running = null; // the abort controller of the experiment under way
 let finished = null; // the question that the shown result answers; of one that was cancelled with `first`, its starts
 let followed = { done: 0, size: 0 }; // how far the one under way is
 
-function startExperiment(panel) {
+export function start(panel) {
   parts.form = h("form", { class: "row", id: "experiment-form", onsubmit: (event) => (event.preventDefault(), run()) });
   parts.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress", id: "experiment-progress" });
   parts.status = h(

@@ -6,8 +6,6 @@ import { differences } from "../core/address.js";
 import { h, put, select } from "../core/dom.js";
 import { data, on, setTables, show, view } from "../core/state.js";
 
-export const panel = { name: "hammer", title: "Design and tolerance", defaults: { ask: "design" }, start: startHammer };
-
 const QUESTIONS = {
   design: { name: "the best hammer within ranges", fields: ["goal", "vary", "limits", "hammers", "plane"] },
   tolerance: { name: "what tolerances do to it", fields: ["vary", "hammers"] },
@@ -38,7 +36,7 @@ let answered = null; // the tables that the shown answer is of
 let blows = "";
 let blowsOf = ""; // the name of their file
 
-function startHammer(panel) {
+export function start(panel) {
   parts.form = h("form", { id: "hammer-form", onsubmit: (event) => (event.preventDefault(), run()) });
   parts.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress", id: "hammer-progress" });
   parts.status = h("p", { role: "status", id: "hammer-status" }, "Every hammer that is looked at has its own cycle, oil, blow and rock.");

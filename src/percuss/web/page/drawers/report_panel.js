@@ -6,16 +6,9 @@ import { download, h, put } from "../core/dom.js";
 import { angle, number, percent, scaleOf } from "../core/format.js";
 import { chosen, data, isHeld, obstacleOf, on, reasonOf, switchesItself, view } from "../core/state.js";
 
-export const panel = {
-  name: "report",
-  title: "Report",
-  place: "head",
-  start: startReport,
-};
-
 const parts = {};
 
-function startReport(panel) {
+export function start(panel) {
   parts.head = h("div", { class: "card" });
   parts.cards = h("div", { class: "cards", id: "report-cards" });
   parts.rest = h("div", { class: "card", id: "report-rest" });

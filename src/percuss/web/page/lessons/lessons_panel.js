@@ -23,18 +23,6 @@ import {
 import { forgetTheme } from "../pictures/colours.js";
 import { LESSONS, questionOf } from "./lessons.js";
 
-export const panel = {
-  name: "lessons",
-  title: "Lessons",
-  place: "head",
-  defaults: {
-    lesson: 0,
-    scene: 0, // of the lesson, from 1
-    projector: 0, // 1: only verdict, stage, map and the sentence, in large type
-  },
-  start: startLessons,
-};
-
 const KEPT = "percuss-lessons";
 const FIRST = { key: "", reached: false, said: -1, asking: false, answer: -1 };
 /** What the learner has said of the scene in sight, and whether its target is reached. */
@@ -50,7 +38,7 @@ function reachedBefore() {
 }
 
 /** @param {HTMLElement} place */
-function startLessons(place) {
+export function start(place) {
   const cards = LESSONS.map((lesson, i) => {
     const button = h(
       "button",

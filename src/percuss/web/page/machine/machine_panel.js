@@ -15,8 +15,6 @@ import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 
-export const defaults = { machineSlow: "", machineShow: "cycle" };
-
 const DRAWN =
   "The arrow is the force, and the tint is on the side that pushes. A thick line: the port is uncovered by the mark on the piston. The spool travels while an order waits for its delay.";
 

@@ -8,13 +8,6 @@ import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
 import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
 import { detailsOfScenes } from "../screen/scenes.js";
 
-export const panel = {
-  name: "orbits",
-  title: "All motions",
-  needs: { curve: 361, multipliers: true },
-  start: startOrbits,
-};
-
 const parts = {};
 
 /** The load at the blow, which stands on the screen. */
@@ -23,11 +16,11 @@ export function whyOfOrbits() {
   return parts.why;
 }
 
-function startOrbits(section) {
+export function start(section) {
   parts.table = h("div", { class: "scroll", id: "orbit-table" });
   parts.about = h("div", { id: "orbit-about" });
   parts.own = h("div", { class: "stack" }, parts.table, parts.rest, parts.about);
-  put(section, parts.own, detailsOfScenes());
+  put(section, parts.own, detailsOfScenes);
   const told = unhurried(words);
   on("tables", () => (parts.own.hidden = switchesItself() || isHeld()));
   on("quick", () => (pictures(), told())); // pictures at once: a slider waits for them

@@ -4,12 +4,13 @@
 
 import { $, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
-import { data, isHeld, know, show, switchesItself, view } from "../core/state.js";
+import { data, isHeld, know, show, startLate, switchesItself, view } from "../core/state.js";
+import { during } from "../core/under_way.js";
 import { tr } from "../core/words.js";
 
-/** What a drawer is: its name in the address, its title, what fills it; where it belongs, and for which cases.
- * @typedef {{ name: string, title: string, start: (place: HTMLElement) => void, place?: "head", clocked?: boolean,
- *   free?: boolean, defaults?: Record<string, unknown>, needs?: import("../core/state.js").Needs }} Panel */
+/** What a drawer is: its name in the address, its title, the module that fills it; where it belongs, for which cases.
+ * @typedef {{ name: string, title: string, load: () => Promise<{ start: (place: HTMLElement) => void }>, place?: "head",
+ *   clocked?: boolean, free?: boolean, defaults?: Record<string, unknown>, needs?: import("../core/state.js").Needs }} Panel */
 
 /** @param {Panel} panel */
 const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free && isHeld());
@@ -41,7 +42,9 @@ export function startDrawers(panels) {
     h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }),
   );
   put(drawer, h("div", { class: "drawer-head" }, title, grow, close), h("div", { class: "drawer-body" }, sections));
-  panels.forEach((panel, i) => panel.start(sections[i]));
+  const fill = (/** @type {number} */ i) => filled(panels[i], sections[i]);
+  panels.forEach((panel, i) => effect(() => void (isWanted(panel) && fill(i))));
+  whenIdle(() => panels.forEach((_, i) => whenIdle(() => fill(i))));
   $("#drawers").append(...panels.filter(({ place }) => !place).map(opener));
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.panel || event.defaultPrevented) return;
@@ -67,6 +70,32 @@ export function startDrawers(panels) {
       tab.setAttribute("aria-expanded", String(open && panel === now));
     });
   });
+}
+
+/** Whether something in the view is the drawer's. @param {Panel} panel */
+const isWanted = ({ name, defaults = {} }) =>
+  view.panel === name || Object.entries(defaults).some(([key, value]) => view[key] !== value);
+
+/** @type {Set<string>} */
+const loaded = new Set();
+
+/** A drawer with what is in it, once. @param {Panel} panel @param {HTMLElement} section */
+async function filled({ name, load }, section) {
+  if (loaded.has(name)) return;
+  loaded.add(name);
+  try {
+    const { start } = await during("drawer", load());
+    startLate(() => start(section));
+  } catch (error) {
+    reportError(error);
+    put(section, h("p", { class: "note bad" }, "This part of the page could not be loaded. Load the page again."));
+  }
+}
+
+/** When the first answer is on the screen and there is nothing else to do. @param {() => void} action */
+function whenIdle(action) {
+  if (document.documentElement.dataset.ready) requestIdleCallback(action);
+  else setTimeout(whenIdle, 100, action);
 }
 
 /** The button of a drawer: pressed, it opens; again, it grows; again, it closes. @param {Panel} panel */

@@ -75,18 +75,29 @@ export function startHeader(panels, failed) {
   );
   const units = h(
     "select",
-    { id: "units", "aria-label": "Units", title: "Units", onchange: () => useSystem(units.value) },
+    { id: "units", onchange: () => useSystem(units.value) },
     [
-      ["practical", "mm, bar"],
+      ["practical", "practical: mm, bar"],
       ["SI", "SI"],
-      ["US", "in, psi"],
+      ["US", "US: in, psi"],
     ].map(([value, text]) => h("option", { value, selected: value === system }, text)),
   );
   const languages = h(
     "select",
-    { id: "language", "aria-label": "Language", title: "Language", onchange: () => useLanguage(languages.value) },
+    { id: "language", onchange: () => useLanguage(languages.value) },
     Object.entries(LANGUAGES).map(([value, name]) =>
-      h("option", { value, title: name, selected: value === language }, value.toUpperCase()),
+      h("option", { value, lang: value, translate: "no", selected: value === language }, name),
+    ),
+  );
+  const settings = h(
+    "details",
+    { class: "menu", id: "settings" },
+    h("summary", { title: "Language and units" }, language === "en" ? "Aa" : language.toUpperCase()),
+    h(
+      "div",
+      { class: "sheet column" },
+      h("label", { class: "pick" }, h("span", {}, "Language"), languages),
+      h("label", { class: "pick" }, h("span", {}, "Units"), units),
     ),
   );
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
@@ -96,7 +107,7 @@ export function startHeader(panels, failed) {
     changes,
     h("div", { class: "steps" }, steps, reset, pin),
     places,
-    h("div", { class: "tools" }, units, languages, sound, theme, share, files),
+    h("div", { class: "tools" }, settings, sound, theme, share, files),
   );
   startTheme();
   addEventListener("keydown", keys);
