@@ -51,7 +51,14 @@ function build() {
   rows = own.map(slider);
   const boxes = rows.map((row) => row.box);
   const rest = [boxes.slice(IN_SIGHT), switchesItself() ? [] : periods()].flat();
-  const more = rest.length > 0 && h("details", { id: "more-sliders", open: matchMedia("(min-height: 900px)").matches }, h("summary", {}, "more"), rest);
+  const more =
+    rest.length > 0 &&
+    h(
+      "details",
+      { id: "more-sliders", open: matchMedia("(min-height: 900px)").matches },
+      h("summary", {}, "more"),
+      rest,
+    );
   put($("#controls"), h("h2", { class: "hidden-words" }, "Sliders"), boxes.slice(0, IN_SIGHT), more);
   follow();
 }
@@ -60,10 +67,26 @@ function slider(one) {
   const { name, label, meaning, unit } = one;
   const id = `slide-${steps(name).join("-")}`;
   const title = label[0].toUpperCase() + label.slice(1);
-  const input = h("input", { type: "range", id, min: one.low, max: one.high, step: (one.high - one.low) / 1000, title: meaning || title, "aria-label": title });
+  const input = h("input", {
+    type: "range",
+    id,
+    min: one.low,
+    max: one.high,
+    step: (one.high - one.low) / 1000,
+    title: meaning || title,
+    "aria-label": title,
+  });
   const tick = h("span", { class: "tick", hidden: true });
   const problem = h("div", { class: "problem", role: "alert", id: `${id}-problem` });
-  const field = h("input", { type: "text", id: `${id}-value`, spellcheck: "false", autocomplete: "off", "aria-describedby": `${id}-problem`, title: "Type a value with or without a unit; arrows 1 %, Shift 10 %, Alt 0.1 %; double click: as the machine had it" });
+  const field = h("input", {
+    type: "text",
+    id: `${id}-value`,
+    spellcheck: "false",
+    autocomplete: "off",
+    "aria-describedby": `${id}-problem`,
+    title:
+      "Type a value with or without a unit; arrows 1 %, Shift 10 %, Alt 0.1 %; double click: as the machine had it",
+  });
   const set = (value) => one.put(plainNumber(value));
   const back = () => {
     const base = one.base();
@@ -80,14 +103,20 @@ function slider(one) {
     field.toggleAttribute("aria-invalid", Boolean(found.error));
     if (found.error) return field.setAttribute("aria-invalid", "true");
     set(found.value);
-    field.value = withUnit(found.value, unit); // in its own unit, whatever was typed
+    field.value = tr(withUnit(found.value, unit)); // in its own unit, whatever was typed
   });
   field.addEventListener("focus", () => field.select());
   const end = (which, other) => {
-    const box = h("input", { type: "text", class: "end", "aria-label": `${title}: ${which === "min" ? "from" : "to"}`, ".value": ended(input[which], unit) });
+    const box = h("input", {
+      type: "text",
+      class: "end",
+      "aria-label": `${title}: ${which === "min" ? "from" : "to"}`,
+      ".value": ended(input[which], unit),
+    });
     box.addEventListener("change", () => {
       const found = typedQuantity(box.value, unit);
-      const good = !found.error && (which === "min" ? found.value < Number(input[other]) : found.value > Number(input[other]));
+      const good =
+        !found.error && (which === "min" ? found.value < Number(input[other]) : found.value > Number(input[other]));
       if (good) {
         input[which] = found.value;
         input.step = (Number(input.max) - Number(input.min)) / 1000;
@@ -99,27 +128,36 @@ function slider(one) {
   };
   const [low, high] = [end("min", "max"), end("max", "min")];
   const row = {
-    box: h("div", { class: "slider" }, h("div", { class: "head" }, h("label", { for: field.id }, title), field), h("div", { class: "track" }, low, h("div", { class: "track-of" }, input, tick), high), problem),
+    box: h(
+      "div",
+      { class: "slider" },
+      h("div", { class: "head" }, h("label", { for: field.id }, title), field),
+      h("div", { class: "track" }, low, h("div", { class: "track-of" }, input, tick), high),
+      problem,
+    ),
     follow() {
       const value = one.now();
       if (value === undefined || value === null) return;
       if (value > Number(input.max)) ((input.max = value), (high.value = ended(value, unit)));
       if (value < Number(input.min)) ((input.min = value), (low.value = ended(value, unit)));
-      if (document.activeElement !== input || Math.abs(Number(input.value) - value) > Number(input.step)) input.value = value;
+      if (document.activeElement !== input || Math.abs(Number(input.value) - value) > Number(input.step))
+        input.value = value;
       const base = one.base();
-      const share = base === null || base === undefined ? -1 : (base - Number(input.min)) / (Number(input.max) - Number(input.min));
+      const share =
+        base === null || base === undefined ? -1 : (base - Number(input.min)) / (Number(input.max) - Number(input.min));
       tick.hidden = !(share >= 0 && share <= 1);
       tick.style.left = `calc(8px + ${share} * (100% - 16px))`; // the middle of the thumb goes from 8px to 8px
       input.disabled = field.disabled = locked(name);
-      const words = withUnit(value, unit);
-      input.setAttribute("aria-valuetext", tr(words));
-      if (document.activeElement !== field && field.getAttribute("aria-invalid") !== "true" && field.value !== words) field.value = words;
+      const words = tr(withUnit(value, unit));
+      input.setAttribute("aria-valuetext", words);
+      if (document.activeElement !== field && field.getAttribute("aria-invalid") !== "true" && field.value !== words)
+        field.value = words;
     },
   };
   return row;
 }
 
-const ended = (value, unit) => withUnit(Number(value), unit, 3);
+const ended = (value, unit) => tr(withUnit(Number(value), unit, 3));
 
 /** Arrow keys: 1 %, with Shift 10 %, with Alt 0.1 %; of a whole slider where it stands at 0. */
 function stepped(event, one, set) {
@@ -132,7 +170,7 @@ function stepped(event, one, set) {
   const size = Math.abs(now) > 1e-9 * (one.high - one.low) ? Math.abs(now) : one.high - one.low;
   const next = now + sign * share * size;
   set(one.least === undefined ? next : Math.max(next, one.least));
-  if (field) event.target.value = withUnit(now + sign * share * size, one.unit);
+  if (field) event.target.value = tr(withUnit(now + sign * share * size, one.unit));
 }
 
 function periods() {
@@ -142,7 +180,15 @@ function periods() {
     event.target.setAttribute("aria-invalid", String(!good));
     if (good) show({ m: value, orbit: 0 });
   };
-  const input = h("input", { type: "number", id: "periods", min: 1, max: 100, step: 1, ".value": String(view.m), oninput: change });
+  const input = h("input", {
+    type: "number",
+    id: "periods",
+    min: 1,
+    max: 100,
+    step: 1,
+    ".value": String(view.m),
+    oninput: change,
+  });
   input.addEventListener("change", () => {
     input.value = view.m; // what was no such number
     input.removeAttribute("aria-invalid");
