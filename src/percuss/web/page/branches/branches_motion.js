@@ -1,66 +1,86 @@
+// @ts-check
 // The motion at a place of a branch: the bar in slow motion with each blow heard, and what there is to say of the orbit.
 
 import { postBinary } from "../core/api.js";
-import { $, h, latest, put } from "../core/dom.js";
-import { angle, counted, number, si, withUnit } from "../core/format.js";
-import { unitsOf } from "../motion/motion_charts.js";
-import { paceOf, Player } from "../motion/player.js";
-import { follow, heardAs, hush, lag } from "../motion/sound.js";
-import { shapeOfCase } from "../motion/shape.js";
-import { Stage } from "../motion/stage.js";
+import { $, h, latest, movesByItself, problem, put } from "../core/dom.js";
+import { angle, counted, few, number, si, withUnit } from "../core/format.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 import { tr } from "../core/words.js";
+import { unitsOf } from "../motion/motion_charts.js";
+import { paceOf, Player } from "../motion/player.js";
+import { shapeOfCase } from "../motion/shape.js";
+import { follow, heardAs, hush, lag } from "../motion/sound.js";
+import { Stage } from "../motion/stage.js";
 
-const USUAL = 2.5; // seconds that a load period is shown for at first
+/** A place: the row of a branch, of a motion with such a label, and the case that the branch is of.
+ * @typedef {{ tables: any, along: import("./branches_choices.js").Axis, row: import("./branches_rows.js").Row,
+ *   motion: string, periods: number, modes: number }} Place */
+
+const USUAL = 1.25; // seconds that a load period is shown for at first
 const LONGEST = 120;
 const FRAMES = 160; // of a load period
+
+/** @type {Record<string, any>} */
 const parts = {};
+/** The motion that is shown. @type {any} */
 let motion = null;
+/** @type {any} */
 let units = null;
 
-/** The card with the stage; `carry` moves the hammer to a value of the parameter. */
+/** The card with the stage; `carry` moves the hammer to a value of the parameter. @param {(value: number) => void} carry */
 export function motionCard(carry) {
   const canvas = h("canvas", { id: "branches-stage", role: "img", "aria-label": "What moves, and the wall" });
   parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
-  parts.player = new Player(parts.stage, { id: "branches-", about: "Time in the cycle", slow: "branchSlow", paced: pace });
+  parts.player = new Player(parts.stage, {
+    id: "branches-",
+    about: "Time in the cycle",
+    slow: "branchSlow",
+    paced: pace,
+  });
   parts.status = h("p", { class: "small muted", id: "branches-motion-status", role: "status" });
   parts.facts = h("dl", { class: "figures", id: "branches-facts" });
+  const onclick = () => carry(parts.value);
   parts.carry = h(
     "button",
-    { type: "button", id: "branches-carry", ".disabled": true, onclick: () => motion && carry(motion.asked.value) },
+    { type: "button", id: "branches-carry", ".disabled": true, onclick },
     "Move the hammer here",
   );
   parts.rows = h("div", {}, parts.player.rows());
-  return h("div", { class: "card stage" }, canvas, parts.rows, parts.facts, h("div", { class: "row" }, parts.carry, parts.status));
+  const below = h("div", { class: "row" }, parts.carry, parts.status);
+  return h("div", { class: "card stage" }, canvas, parts.rows, parts.facts, below);
 }
 
 export const toggleBranch = () => parts.player.toggle();
 export const pauseBranch = () => parts.player.stop();
 
-/** Nothing is shown any more; `words` say why. */
+/** Nothing is shown any more; `words` say why. @param {string | Node} words */
 export function noMotion(words) {
-  motion = null;
-  parts.stage.motion = null;
-  parts.player.stop();
-  parts.stage.canvas.getContext("2d").clearRect(0, 0, parts.stage.canvas.width, parts.stage.canvas.height);
+  const { canvas } = parts.stage;
+  parts.stage.motion = motion = null;
+  pauseBranch();
+  canvas.getContext("2d").clearRect(0, 0, canvas.width, canvas.height);
   put(parts.facts);
   put(parts.status, words);
   parts.carry.disabled = true;
 }
 
-/** Show the motion of a row of a branch, as soon as the one before has come; of a machine, its figures. */
-export function showMotion(question) {
+/** Show the motion of a place, as soon as the one before has come; of a machine, whose cycle plays in the panel Machine
+ * once the hammer has been moved there, its figures. @param {Place} place */
+export function showMotion(place) {
   parts.stage.canvas.hidden = parts.rows.hidden = switchesItself();
-  if (switchesItself()) return cycleFacts(question);
-  askMotion(question);
+  if (!switchesItself()) return askMotion(place);
+  pauseBranch();
+  motion = null;
+  told(place, place.motion, cycleFacts(place));
+  put(parts.status, place.tables === data.tables ? "" : "The case has changed since.");
 }
 
 const askMotion = latest(
-  ({ tables, along, row, periods, modes }) =>
+  (/** @type {Place} */ { tables, along: { name, unit }, row, periods, modes }) =>
     postBinary("follow/motion", {
       case: tables,
-      name: along.name,
-      unit: along.unit,
+      name,
+      unit,
       value: row.value,
       ...(row.releases ? { release: row.releases[0] } : { times: row.times }),
       periods,
@@ -69,106 +89,113 @@ const askMotion = latest(
       places: 33,
       end_points: Math.min(20000, 400 * periods),
     }),
-  (found, question) => {
-    motion = Object.assign(found, { asked: { value: question.row.value, movable: question.along.movable } });
-    take(question);
+  (found, place) => {
+    motion = found;
+    units = unitsOf(motion);
+    put(parts.status, "");
+    parts.stage.show(motion, force(motion.arrays.load), place.tables === data.tables ? shapeOfCase() : undefined);
+    pace();
+    told(place, motion.label, facts(place));
+    const chatter = motion.label.startsWith("chatter") ? " and a chatter" : "";
+    const many = `${counted(motion.orbit.impacts.length, "blow")}${chatter}`;
+    const words = tr(`The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`);
+    parts.stage.canvas.setAttribute("aria-label", words);
+    if (movesByItself() && view.panel === "branches") parts.player.begin();
   },
-  (error) => noMotion(h("span", { class: "problem", role: "alert" }, error.message)),
+  (error) => noMotion(problem(error)),
 );
 
-function take({ tables, along, row }) {
-  units = unitsOf(motion);
-  put(parts.status, "");
-  parts.carry.disabled = !along.movable;
-  put(parts.carry, `Move the ${isHeld() ? "structure" : "hammer"} here`);
-  parts.stage.show(motion, force(), tables === data.tables ? shapeOfCase() : undefined);
-  pace();
-  facts(along, row);
-  const { canvas } = parts.stage;
-  const many = `${counted(motion.orbit.impacts.length, "blow")}${motion.label.startsWith("chatter") ? " and a chatter" : ""}`;
-  canvas.setAttribute("aria-label", tr(`The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`));
-  Object.assign(canvas.dataset, { label: motion.label, value: String(row.value) });
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "branches") parts.player.begin();
-}
-
-/** The load as a share of its greatest value, by phase: of the motion's own system. */
-function force() {
-  const { load } = motion.arrays;
+/** The load as a share of its greatest value, by phase: of the motion's own system. @param {Float32Array} load */
+function force(load) {
   const most = Math.max(...load.map(Math.abs)) || 1;
-  return (phase) => {
+  return (/** @type {number} */ phase) => {
     const share = (((phase / (2 * Math.PI)) % 1) + 1) % 1;
     return load[Math.round(share * (load.length - 1))] / most;
   };
 }
 
-function facts({ label, unit }, { value }) {
-  const { orbit, blows } = motion;
-  const hits = blows.filter(({ kind }) => kind === "impact");
-  const list = (items) => items.slice(0, 4).join(", ") + (items.length > 4 ? ", …" : "");
-  const largest = orbit.multipliers ? Math.max(...orbit.multipliers.map(([re, im]) => Math.hypot(re, im))) : Infinity;
-  const energies = hits.map((blow) => (blow.energy_J === null ? number(blow.energy, 3) : si(blow.energy_J, "J", 3)));
-  const speeds = hits.map((blow) =>
-    blow.impact_velocity_m_s === null ? number(blow.impact_velocity, 3) : withUnit(blow.impact_velocity_m_s, "m/s", 3),
-  );
-  const rows = [
-    ["motion", motion.label],
-    [label, withUnit(value, unit, 5)],
-    [`largest multiplier ${number(largest, 3)}`, orbit.stable ? "stable" : "unstable"],
-    [orbit.impacts.length > 1 ? "impact phases" : "impact phase", orbit.impacts.length > 1 ? list(orbit.impacts.map(({ phase }) => number(phase, 4))) : angle(orbit.impacts[0].phase)],
-    ...(orbit.rest_phase === undefined ? [] : [["comes to rest at", angle(orbit.rest_phase)], ["is let go at", angle(orbit.release_phase)]]),
-    ["striking speed", list(speeds)],
-    ["delivered by each blow", list(energies)],
-    ["heard", "–"],
-  ];
-  tell(rows);
-}
-
-const tell = (rows) =>
+/** What is shown has another label, place and figures. @param {Place} place @param {string} label
+ * @param {string[][]} rows */
+function told({ along, row }, label, rows) {
+  parts.value = row.value;
+  parts.carry.disabled = !along.movable;
+  put(parts.carry, `Move the ${isHeld() ? "structure" : "hammer"} here`);
+  Object.assign(parts.stage.canvas.dataset, { label, value: String(row.value) });
   put(
     parts.facts,
-    rows.map(([name, text]) => h("div", {}, h("dd", { id: name === "heard" ? "branches-heard" : null }, text), h("dt", {}, name))),
+    rows.map(([name, text, id]) => h("div", {}, h("dd", { id }, text), h("dt", {}, name))),
   );
+}
 
-/** What there is to say of a machine's cycle; it plays in the panel Machine once the hammer has been moved there. */
-function cycleFacts({ tables, along: { label, unit, movable }, row, motion: name }) {
-  const speeds = row.speeds.map((speed) => (data.machine?.units === "SI" ? withUnit(speed, "m/s", 3) : number(speed, 3)));
+/** @param {Place} place @returns {string[][]} */
+function facts({ along: { label, unit }, row: { value } }) {
+  const { orbit, blows } = motion;
+  const { impacts, multipliers, rest_phase: rest } = orbit;
+  const hits = blows.filter((/** @type {any} */ { kind }) => kind === "impact");
+  const sizes = (multipliers ?? [[Infinity, 0]]).map((/** @type {number[]} */ one) => Math.hypot(...one));
+  const energies = hits.map((/** @type {any} */ { energy, energy_J: joule }) =>
+    joule === null ? number(energy, 3) : si(joule, "J", 3),
+  );
+  const speeds = hits.map((/** @type {any} */ { impact_velocity: speed, impact_velocity_m_s: metres }) =>
+    metres === null ? number(speed, 3) : withUnit(metres, "m/s", 3),
+  );
+  const phases = impacts.map((/** @type {any} */ { phase }) => number(phase, 4));
+  return [
+    ["motion", motion.label],
+    [label, withUnit(value, unit, 5)],
+    [`largest multiplier ${number(Math.max(...sizes), 3)}`, orbit.stable ? "stable" : "unstable"],
+    impacts.length > 1 ? ["impact phases", few(phases)] : ["impact phase", angle(impacts[0].phase)],
+    ...(rest === undefined
+      ? []
+      : [
+          ["comes to rest at", angle(rest)],
+          ["is let go at", angle(orbit.release_phase)],
+        ]),
+    ["striking speed", few(speeds)],
+    ["delivered by each blow", few(energies)],
+    ["heard", "–", "branches-heard"],
+  ];
+}
+
+/** @param {Place} place @returns {string[][]} */
+function cycleFacts({ along: { label, unit }, row, motion: name }) {
+  const isSI = data.machine?.units === "SI";
   const stable = row.stable === null ? "at the border" : row.stable ? "stable" : "unstable";
-  parts.player.stop();
-  motion = { asked: { value: row.value, movable } };
-  tell([
+  const period = row.period ?? Number.NaN;
+  return [
     [`motion, ${stable}`, name],
     [label, withUnit(row.value, unit, 5)],
-    ["striking speed", speeds.slice(0, 4).join(", ") + (speeds.length > 4 ? ", …" : "")],
-    ["period of the cycle", data.machine?.units === "SI" ? withUnit(1000 * row.period, "ms", 4) : number(row.period, 4)],
-    ...(data.machine?.units === "SI" ? [["blows", withUnit(row.speeds.length / row.period, "1/s", 4)]] : []),
-  ]);
-  put(parts.status, tables === data.tables ? "" : "The case has changed since.");
-  put(parts.carry, "Move the hammer here");
-  parts.carry.disabled = !movable;
-  Object.assign(parts.stage.canvas.dataset, { label: name, value: String(row.value) });
+    ["striking speed", few(row.speeds.map((speed) => (isSI ? withUnit(speed, "m/s", 3) : number(speed, 3))))],
+    ["period of the cycle", isSI ? withUnit(1000 * period, "ms", 4) : number(period, 4)],
+    ...(isSI ? [["blows", withUnit(row.speeds.length / period, "1/s", 4)]] : []),
+  ];
 }
 
 /** How long a load period is shown, as the view has it; the same whatever the label, so that periods can be heard. */
 function pace() {
   if (!motion) return;
-  const real = motion.time_scale_s ? 2 * Math.PI * motion.time_scale_s : 1;
-  const { share, seconds } = paceOf(view.branchSlow, { real, usual: USUAL / 2, longest: LONGEST });
+  const second = motion.time_scale_s;
+  const real = second ? 2 * Math.PI * second : 1;
+  const { share, seconds } = paceOf(view.branchSlow, { real, usual: USUAL, longest: LONGEST });
   parts.stage.rate = (2 * Math.PI) / seconds;
-  const slower = seconds / real;
-  const words = slower < 1.01 ? "real time" : `${number(slower, 2)} times slower`;
-  parts.player.tellPace(share, motion.time_scale_s ? words : `${number(seconds, 2)} s per load period`);
+  const slower = seconds / real < 1.01 ? "real time" : `${number(seconds / real, 2)} times slower`;
+  parts.player.tellPace(share, second ? slower : `${number(seconds, 2)} s per load period`);
 }
 
+/** @param {number} time */
 function ticked(time) {
   if (!motion) return;
   follow(parts.stage, motion.first_mode_Hz);
   parts.player.tellMoment(time, units);
 }
 
-function struck(event) {
-  const about = { frequency: motion.first_mode_Hz, energy: event.energy_J, share: parts.stage.share(event) };
-  const place = $("#branches-heard");
-  if (place) put(place, heardAs(about));
-  const { dataset } = parts.stage.canvas;
+/** @param {any} blow */
+function struck(blow) {
+  const { stage } = parts;
+  const { dataset } = stage.canvas;
+  put(
+    $("#branches-heard"),
+    heardAs({ frequency: motion.first_mode_Hz, energy: blow.energy_J, share: stage.share(blow) }),
+  );
   dataset.blows = String(Number(dataset.blows ?? 0) + 1);
 }

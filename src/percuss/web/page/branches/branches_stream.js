@@ -1,30 +1,34 @@
-// A part of a picture that the server tells while it finds it, of the diagram or of a map. One is told at a time, so that the sliders keep their share
-// of the machine; what is no longer wanted ends at once.
+// @ts-check
+// A part of a picture that the server tells while it finds it, of the diagram or of a map. One is told at a time, so that
+// the sliders keep their share of the machine; what is no longer wanted ends at once.
 
 import { Refusal, stream } from "../core/api.js";
-import { h, put } from "../core/dom.js";
+import { h, problem, put } from "../core/dom.js";
 import { during } from "../core/under_way.js";
 
 let turn = Promise.resolve(); // until the part before has ended
 
 export class Part {
   #key = "";
-  #running = null; // the abort controller of the question under way
+  /** The question under way. @type {AbortController | null} */
+  #running = null;
 
-  /** `id` of its elements, `begun` what is said at first, `told(found, done)` is called with each answer, null for none. */
+  /** `id` of its elements, `begun` what is said at first, `told` is called with each answer, null for none.
+   * @param {{ id: string, path?: string, begun: string, told: (found: any, done: boolean) => void }} about */
   constructor({ id, path = "diagram", begun, told }) {
-    Object.assign(this, { path, begun, told });
-    this.bar = h("progress", { max: 1, value: 0, id: `${id}-progress`, "aria-label": begun });
+    this.path = path;
+    this.begun = begun;
+    this.told = told;
+    this.bar = h("progress", { max: 1, value: 0, id: `${id}-progress`, "aria-label": begun, hidden: true });
     this.words = h("span", { class: "small muted", id, role: "status" });
-    this.bar.hidden = true;
   }
 
-  /** Ask, unless that is under way or there; `key` tells questions apart, and is empty when nothing is wanted. */
+  /** Ask, unless that is under way or there; `key` tells questions apart, and is empty when nothing is wanted.
+   * @param {string} key @param {any} question */
   want(key, question) {
     if (key === this.#key) return;
     this.stop();
     this.#key = key;
-    this.bar.hidden = true;
     put(this.words, "");
     this.told(null, false);
     if (key) this.#ask(question);
@@ -39,35 +43,38 @@ export class Part {
     this.bar.hidden = true;
   }
 
+  /** @param {any} question */
   async #ask(question) {
     const own = (this.#running = new AbortController());
     const before = turn;
-    let end;
+    let end = () => {};
     turn = new Promise((resolve) => (end = resolve));
     this.bar.hidden = false;
     this.bar.value = 0;
     put(this.words, this.begun);
+    const heard = (/** @type {string} */ event, /** @type {any} */ found) =>
+      own === this.#running && this.#take(event, found);
     try {
       await during(this.path, before);
       if (own !== this.#running) return;
-      await stream(this.path, question, (event, found) => own === this.#running && this.#take(event, found), own.signal);
+      await stream(this.path, question, heard, own.signal);
       if (own === this.#running && !this.bar.hidden) throw ended();
-    } catch (error) {
+    } catch (/** @type {any} */ error) {
       if (error.name === "AbortError" || own !== this.#running) return;
       this.bar.hidden = true;
-      put(this.words, h("span", { class: "problem", role: "alert" }, error.message));
+      put(this.words, problem(error));
     } finally {
       end();
       if (own === this.#running) this.#running = null;
     }
   }
 
+  /** @param {string} event @param {any} found */
   #take(event, found) {
     if (event === "error") throw new Refusal(422, found.problems);
-    const done = event === "done";
     this.bar.value = found.done;
-    this.bar.hidden = done;
-    this.told(found, done);
+    this.bar.hidden = event === "done";
+    this.told(found, event === "done");
   }
 }
 

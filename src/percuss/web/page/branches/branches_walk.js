@@ -1,74 +1,79 @@
+// @ts-check
 // Places on branches: a place is the number of a branch and how far along its rows it is.
 
-import { TURN, around, between, phaseOf } from "./branches_rows.js";
+import { TURN, around, between, phaseOf, shareOf } from "./branches_rows.js";
+
+/** @typedef {import("./branches_rows.js").Row} Row */
+/** @typedef {import("./branches_rows.js").Branch} Branch */
+/** @typedef {{ branch: number, along: number, far?: number }} Place */
+/** What is drawn up the plane of a row: one value for each impact. @typedef {(row: Row) => number[]} Rising */
 
 /** How far from the end of a branch, in rows, one is still well on it. */
 export const ASIDE = 0.03;
 
-/** What is drawn up the plane of a row of a branch: one value for each impact. */
+/** What can be drawn up the plane. @type {Record<string, Rising>} */
 export const RISING = {
   phase: ({ times }) => times.map(phaseOf),
   speed: ({ speeds }) => speeds,
-  period: ({ times, period }) => times.map(() => period),
+  period: ({ times, period = Number.NaN }) => times.map(() => period),
 };
 
-/** The row at a place, `along` in rows. */
+/** The row at a place, `along` in rows. @param {Branch} branch @param {number} along */
 export function rowAt({ rows }, along) {
   const i = Math.min(Math.max(Math.floor(along), 0), rows.length - 1);
-  const share = along - i;
-  return share > 0 && rows[i + 1] ? between(rows[i], rows[i + 1], share) : rows[i];
+  return along > i && rows[i + 1] ? between(rows[i], rows[i + 1], along - i) : rows[i];
 }
 
-/** Both heights of an impact beside a row; null where it is not in both rows, and where a phase goes round. */
-export function stretch(heights, path, i, rising) {
-  if (path[i] < 0 || path[i + 1] < 0) return null;
-  const ends = [heights[i][path[i]], heights[i + 1][path[i + 1]]];
-  return rising === RISING.phase && Math.abs(ends[1] - ends[0]) > Math.PI ? null : ends;
+/** The stretches of a branch in the plane: impact `path` from row `i` to the next, from one height to the other. There is
+ * none where the impact is not in both rows, and where a phase goes round.
+ * @param {{ rows: Row[], paths: number[][] }} branch @param {Rising} rising */
+export function stretches({ rows, paths }, rising) {
+  const heights = rows.map(rising);
+  return paths.flatMap((path, number) =>
+    rows.slice(1).flatMap((_, i) => {
+      if (path[i] < 0 || path[i + 1] < 0) return [];
+      const [from, to] = [heights[i][path[i]], heights[i + 1][path[i + 1]]];
+      return rising === RISING.phase && Math.abs(to - from) > Math.PI ? [] : [{ path: number, i, from, to }];
+    }),
+  );
 }
 
-/** The place under a point of the picture: {branch, along, far}, `far` in pixels; of one branch only, or of all. */
+/** The place under a point of the picture, `far` in pixels; of one branch only, or of all.
+ * @param {Branch[]} branches @param {Rising} rising @param {any} frame @param {{ x: number, y: number }} point
+ * @param {number | null} [only] @returns {Place & { far: number }} */
 export function placeAt(branches, rising, frame, { x, y }, only = null) {
   let best = { branch: 0, along: 0, far: Infinity };
-  for (const [branch, { rows, paths }] of branches.entries()) {
+  for (const [branch, one] of branches.entries()) {
     if (only !== null && branch !== only) continue;
-    const heights = rows.map(rising);
-    for (const path of paths)
-      for (let i = 0; i + 1 < rows.length; i++) {
-        const ends = stretch(heights, path, i, rising);
-        if (!ends) continue;
-        const from = [frame.px(rows[i].value), frame.py(ends[0])];
-        const to = [frame.px(rows[i + 1].value), frame.py(ends[1])];
-        const { share, far } = foot(from, to, [x, y]);
-        if (far < best.far) best = { branch, along: i + share, far };
-      }
+    for (const { i, from, to } of stretches(one, rising)) {
+      const [x0, y0] = [frame.px(one.rows[i].value), frame.py(from)];
+      const [dx, dy] = [frame.px(one.rows[i + 1].value) - x0, frame.py(to) - y0];
+      const long = dx * dx + dy * dy;
+      const share = shareOf((x - x0) * dx + (y - y0) * dy, 0, long);
+      const far = Math.hypot(x0 + share * dx - x, y0 + share * dy - y);
+      if (far < best.far) best = { branch, along: i + share, far };
+    }
   }
   return best;
 }
 
-/** The point of a stretch that is nearest to another one. */
-function foot([x0, y0], [x1, y1], [x, y]) {
-  const [dx, dy] = [x1 - x0, y1 - y0];
-  const long = dx * dx + dy * dy;
-  const share = long ? Math.min(Math.max(((x - x0) * dx + (y - y0) * dy) / long, 0), 1) : 0;
-  return { share, far: Math.hypot(x0 + share * dx - x, y0 + share * dy - y) };
-}
-
-/** The place nearest to a value and a phase of the first impact, as a link keeps them. */
+/** The place nearest to a value and a phase of the first impact, as a link keeps them.
+ * @param {Branch[]} branches @param {number} value @param {number} phase @param {number} reach @returns {Place} */
 export function placeNear(branches, value, phase, reach) {
   let best = { branch: 0, along: 0, far: Infinity };
   for (const [branch, { rows }] of branches.entries())
     for (let i = 0; i + 1 < rows.length || i === 0; i++) {
       const [a, b] = [rows[i], rows[i + 1] ?? rows[i]];
-      const long = b.value - a.value;
-      const share = long ? Math.min(Math.max((value - a.value) / long, 0), 1) : 0;
+      const share = shareOf(value, a.value, b.value);
       const row = between(a, b, share);
-      const apart = Math.abs(around(row.times[0] - phase)) / TURN + Math.abs(row.value - value) / reach;
-      if (apart < best.far) best = { branch, along: i + share, far: apart };
+      const far = Math.abs(around(row.times[0] - phase)) / TURN + Math.abs(row.value - value) / reach;
+      if (far < best.far) best = { branch, along: i + share, far };
     }
   return best;
 }
 
-/** The place of what happens at a point; just beside it where there is no orbit on the other side. */
+/** The place of what happens at a point; just beside it where there is no orbit on the other side.
+ * @param {Branch[]} branches @param {number} branch @param {any} point @returns {Place | null} */
 export function placeOf(branches, branch, point) {
   const { rows } = branches[branch];
   const i = rows.findIndex((row) => row.point === point);
