@@ -1,7 +1,7 @@
 // @ts-check
 // What is followed, through which parameter and how far: the row of choices above the diagram.
 
-import { $, $$, h, put, select } from "../core/dom.js";
+import { $, $$, button, h, labelled, put, select } from "../core/dom.js";
 import { inUnit, plainNumber } from "../core/format.js";
 import { isRange, present, rangeOf, rangeText } from "../core/moves.js";
 import { chosen, data, isHeld, show, switchesItself, view } from "../core/state.js";
@@ -93,7 +93,7 @@ export function branchChoices(row, searched) {
     pick("search", "Other motions", [["", "z=p/n …"], ...other], ""),
     view.begin && [
       h("span", { class: "small", id: "branches-begin" }, begun),
-      h("button", { type: "button", onclick: () => show({ begin: "", spot: "" }) }, "The head's motion"),
+      button("The head's motion", () => show({ begin: "", spot: "" })),
     ],
     h("p", { class: "problem", role: "alert", id: "branches-range-problem" }),
   );
@@ -121,7 +121,7 @@ function edge(end, axis) {
   const now = { type: "number", step: "any", ".value": String(plainNumber(axis[end], 6)), onchange };
   const about = { "aria-label": `${end}, of the parameter`, "aria-describedby": "branches-range-problem" };
   const input = h("input", { ...now, ...about, id: `branches-${end}`, "data-end": end });
-  return h("label", { class: "pick" }, h("span", {}, end), input);
+  return labelled(end, input);
 }
 
 /** The ends as they are now; one that is typed into, and one that was not taken, are left alone.

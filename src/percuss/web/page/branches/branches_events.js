@@ -1,7 +1,7 @@
 // @ts-check
 // What happens on the branches, each with its sentence and a way there; and the orbits that a search has found.
 
-import { h, put, table } from "../core/dom.js";
+import { button, h, put, table } from "../core/dom.js";
 import { angle, few, number, withUnit } from "../core/format.js";
 import { switchesItself } from "../core/state.js";
 import { EVENTS } from "./branches_picture.js";
@@ -45,7 +45,7 @@ function events(branches, first, { label, unit, name }, go) {
       const words = EVENTS[point.type]?.words ?? point.type;
       const place = withUnit(point.value, unit, 7);
       const about = `Go to ${words} of ${branch.label} at ${place}`;
-      const open = h("button", { type: "button", "aria-label": about, onclick: () => go(first + i, point) }, place);
+      const open = button(place, () => go(first + i, point), { "aria-label": about });
       const cells = [open, branch.label, words, sentence(point.beyond)];
       return h(
         "tr",
@@ -63,13 +63,9 @@ export function orbitList(card, found, begin) {
   const label = found.label.replace("z=", "");
   const rest = found.label === label; // chatter/n or rest/n
   const rows = found.orbits.map((/** @type {any} */ orbit, /** @type {number} */ i) => {
-    const follow = {
-      "aria-label": `Follow ${found.label}, number ${i + 1}`,
-      onclick: () => begin(`${label}:${i + 1}`),
-    };
     const { impacts } = orbit;
     return [
-      h("button", { type: "button", ...follow }, "Follow"),
+      button("Follow", () => begin(`${label}:${i + 1}`), { "aria-label": `Follow ${found.label}, number ${i + 1}` }),
       few(
         impacts.map((/** @type {any} */ { phase, time }) =>
           phase !== undefined && impacts.length === 1 ? angle(phase) : number(phase ?? time),

@@ -2,7 +2,7 @@
 // The motion at a place of a branch: the bar in slow motion with each blow heard, and what there is to say of the orbit.
 
 import { postBinary } from "../core/api.js";
-import { $, h, latest, movesByItself, problem, put } from "../core/dom.js";
+import { $, button, h, latest, movesByItself, problem, put } from "../core/dom.js";
 import { angle, counted, few, number, si, withUnit } from "../core/format.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 import { tr } from "../core/words.js";
@@ -39,12 +39,8 @@ export function motionCard(carry) {
   });
   parts.status = h("p", { class: "small muted", id: "branches-motion-status", role: "status" });
   parts.facts = h("dl", { class: "figures", id: "branches-facts" });
-  const onclick = () => carry(parts.value);
-  parts.carry = h(
-    "button",
-    { type: "button", id: "branches-carry", ".disabled": true, onclick },
-    "Move the hammer here",
-  );
+  const id = { id: "branches-carry", ".disabled": true };
+  parts.carry = button("Move the hammer here", () => carry(parts.value), id);
   parts.rows = h("div", {}, parts.player.rows());
   const below = h("div", { class: "row" }, parts.carry, parts.status);
   return h("div", { class: "card stage" }, canvas, parts.rows, parts.facts, below);

@@ -2,8 +2,7 @@
 // The steady motions: where their phases come from, how they branch with the load, what the load does at the blow, and
 // what becomes of a disturbance.
 
-import { list } from "../case/case_files.js";
-import { framed, h, put, table } from "../core/dom.js";
+import { button, facts, framed, h, put, table } from "../core/dom.js";
 import { angle, number, si } from "../core/format.js";
 import {
   chosen,
@@ -48,7 +47,8 @@ export function start(section) {
   on("quick view", wantBranches);
 }
 
-const pictures = () => data.about && !switchesItself() && !isHeld() && drawOrbitCharts(data.quick, view.panel === "orbits");
+const pictures = () =>
+  data.about && !switchesItself() && !isHeld() && drawOrbitCharts(data.quick, view.panel === "orbits");
 
 /** What the words are of: they stay while it is the same, and with them the place at the keyboard. @type {any[]} */
 let told = [];
@@ -82,10 +82,10 @@ function orbitTable({ m, orbits, blow_alone: alone = [] }, now) {
     const full = fullOf(i);
     const { ratio, lower, upper } = orbit.waveform;
     const isChosen = now === i + 1;
-    const press = { "aria-pressed": String(isChosen), onclick: () => show({ orbit: i + 1 }) };
+    const press = () => show({ orbit: i + 1 });
     const energy = orbit.si ? si(orbit.si.blow_energy_J, "J") : number(orbit.blow_energy);
     const cells = [
-      h("button", { type: "button", ...press }, `${i + 1}`),
+      button(`${i + 1}`, press, { "aria-pressed": String(isChosen) }),
       phases(orbit),
       full ? (full.admissible ? "yes" : `no: ${obstacleOf({ quick: orbit, full })}`) : "…",
       reasonOf({ quick: orbit, full }),
@@ -125,7 +125,7 @@ function about({ number: which, quick, full }) {
   return [
     h("h2", {}, `Motion ${which} in detail`),
     h("p", {}, rule),
-    list([
+    facts([
       ["impact phase", phases(quick)],
       ["largest multiplier, reduced criterion", number(Math.max(...moduli))],
       ["largest multiplier, with elastic modes", number(quick.multipliers?.largest)],
