@@ -1,7 +1,8 @@
 // @ts-check
 // The door to the server. Every number that the page shows comes through here.
 
-import { $ } from "./dom.js";
+import { $, download, problem, put } from "./dom.js";
+import { number } from "./format.js";
 import { during } from "./under_way.js";
 
 const TOKEN = "percuss-token";
@@ -126,12 +127,17 @@ export async function postBinary(path, body, signal, name) {
   return { ...header, arrays };
 }
 
-/** A file to keep: the bytes and the name that the server gives it. @param {string} path @param {any} body @param {string} name */
-export const postFile = (path, body, name) =>
-  answered(path, posted(body), async (response) => {
-    const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "");
-    return { blob: await response.blob(), name: given ? given[1] : name };
-  });
+/** A file of the server, saved by the browser under the name that the server gives it, else this one; how that goes is
+ * told in an element. @param {string} path @param {any} body @param {string} name @param {HTMLElement} place */
+export async function saveFile(path, body, name, place) {
+  const taken = async (/** @type {Response} */ response) => {
+    const given = /filename="?([^";]+)"?/.exec(response.headers.get("Content-Disposition") ?? "")?.[1] ?? name;
+    const blob = await response.blob();
+    download(blob, given);
+    put(place, `Saved as ${given}, ${number(blob.size / 1000, 3)} kB.`);
+  };
+  await answered(path, posted(body), taken).catch((error) => put(place, problem(error)));
+}
 
 export const upload = (/** @type {string} */ path, /** @type {Blob} */ file) =>
   answered(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file }, json);

@@ -107,7 +107,7 @@ export function table(heads, rows, attributes = {}) {
   const cell = (/** @type {Child} */ one) => (one instanceof HTMLTableCellElement ? one : h("td", {}, one));
   const row = (/** @type {Child[] | Node} */ one) => (one instanceof Node ? one : h("tr", {}, one.map(cell)));
   const head = heads.map((one) => h("th", { scope: "col" }, one));
-  return h("table", attributes, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows.map(row)));
+  return h("table", attributes, head.length > 0 && h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows.map(row)));
 }
 
 /** What went wrong, in words that are read out. @param {{ message: string }} error */

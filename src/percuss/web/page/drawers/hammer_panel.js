@@ -1,249 +1,268 @@
+// @ts-check
 // What engineers ask of the whole hammer: the best one, what tolerances do to it, others beside it, its numbers by
 // measured blows, and its fatigue. Each answer is a sentence, its pictures and its tables, as a command gives them.
 
-import { Refusal, stream } from "../core/api.js";
 import { differences } from "../core/address.js";
-import { h, put, select } from "../core/dom.js";
-import { data, on, setTables, show, view } from "../core/state.js";
+import { button, h, labelled, put, select, table } from "../core/dom.js";
+import { effect, whenever } from "../core/signals.js";
+import { data, setTables, show, view } from "../core/state.js";
+import { LongQuestion } from "./long_question.js";
 
+/** @typedef {{ name: string, value: number, low: number, high: number, unit: string, label: string }} Parameter */
+
+/** The questions: their fields; and, where there are ranges, how one is written, and what an empty field means.
+ * @type {Record<string, { name: string, fields: string[], label?: string, example?: string, range?: (one: Parameter) => string }>} */
 const QUESTIONS = {
-  design: { name: "the best hammer within ranges", fields: ["goal", "vary", "limits", "hammers", "plane"] },
-  tolerance: { name: "what tolerances do to it", fields: ["vary", "hammers"] },
+  design: {
+    name: "the best hammer within ranges",
+    fields: ["goal", "vary", "limits", "hammers", "plane"],
+    label: "What may vary, a line each",
+    example: "bar.length=300:400mm",
+    range: (one) => `${one.name}=${spread(one)}`,
+  },
+  tolerance: {
+    name: "what tolerances do to it",
+    fields: ["vary", "hammers"],
+    label: "Tolerances, a line each; none: those of the case, or the usual ones of a drawing",
+    example: "load.pressure=±10bar",
+    range: ({ name }) => `${name}=±5%`,
+  },
   compare: { name: "beside others", fields: ["beside"] },
-  identify: { name: "its numbers from measured blows", fields: ["blows", "vary", "given"] },
+  identify: {
+    name: "its numbers from measured blows",
+    fields: ["blows", "vary", "given"],
+    label: "What is to be found, a line each; none: R and the pressure or the scale of the load",
+    example: "contact.restitution",
+    range: ({ name }) => name,
+  },
   fatigue: { name: "how long its steel lasts", fields: [] },
 };
 
-/** What stands in the fields of ranges by question: how one is written, and what an empty field means. */
-const RANGES = {
-  design: { label: "What may vary, a line each", example: "bar.length=300:400mm", put: (one) => `${one.name}=${spread(one)}` },
-  tolerance: {
-    label: "Tolerances, a line each; none: those of the case, or the usual ones of a drawing",
-    example: "load.pressure=±10bar",
-    put: (one) => `${one.name}=±5%`,
-  },
-  identify: {
-    label: "What is to be found, a line each; none: R and the pressure or the scale of the load",
-    example: "contact.restitution",
-    put: (one) => one.name,
-  },
-};
+const question = new LongQuestion(
+  "hammer",
+  "Answer",
+  "Every hammer that is looked at has its own cycle, oil, blow and rock.",
+);
+const answer = h("div", { id: "hammer-answer" });
+const blowsOf = h("span", { id: "hammer-blows-of" }); // the name of their file
+/** What is chosen; the fields of lines, of ranges by question. */
+const chosen = { figure: "rock_power", greatest: true, hammers: 600, plane: false, blows: "" };
+/** @type {Record<string, string>} */
+const texts = {};
+/** The tables that the shown answer is of. @type {any} */
+let answered = null;
 
-const parts = {};
-const typed = { vary: {}, limits: "", beside: "", given: "", hammers: 600, figure: "rock_power", greatest: true, plane: false };
-let running = null; // the abort controller of the question under way
-let answered = null; // the tables that the shown answer is of
-let blows = "";
-let blowsOf = ""; // the name of their file
-
-export function start(panel) {
-  parts.form = h("form", { id: "hammer-form", onsubmit: (event) => (event.preventDefault(), run()) });
-  parts.bar = h("progress", { max: 1, value: 0, "aria-label": "Progress", id: "hammer-progress" });
-  parts.status = h("p", { role: "status", id: "hammer-status" }, "Every hammer that is looked at has its own cycle, oil, blow and rock.");
-  parts.problem = h("p", { class: "problem", role: "alert", id: "hammer-problem" });
-  parts.answer = h("div", { id: "hammer-answer" });
+/** @param {HTMLElement} place */
+export function start(place) {
+  const onsubmit = (/** @type {Event} */ event) => (event.preventDefault(), run());
+  const form = h("form", { id: "hammer-form", onsubmit });
   put(
-    panel,
-    h("div", { class: "card" }, h("h2", {}, "Questions about the whole hammer"), parts.form, parts.problem),
-    h("div", { class: "card" }, parts.bar, parts.status, parts.answer),
+    place,
+    h("div", { class: "card" }, h("h2", {}, "Questions about the whole hammer"), form, question.problem),
+    h("div", { class: "card" }, question.bar, question.status, answer),
   );
-  on("view info", () => view.panel === "hammer" && build());
-  on("tables", changed);
-  on("pinned tables", besideA);
+  const names = () => data.info.parameters.map((/** @type {Parameter} */ { name }) => name);
+  whenever(
+    () => view.panel === "hammer" && data.about && data.info && [asking(), names()],
+    () => {
+      const questions = Object.entries(QUESTIONS).map(
+        ([name, { name: words }]) => /** @type {[string, string]} */ ([name, words]),
+      );
+      const pick = select("Question", questions, asking(), (ask) => show({ ask }), { id: "hammer-question" });
+      const fields = QUESTIONS[asking()].fields.map((name) => FIELDS[name].control());
+      put(form, h("div", { class: "row" }, pick), fields, h("div", { class: "row" }, question.go, question.cancel));
+    },
+  );
+  effect(() => {
+    const { tables } = data;
+    question.running?.abort();
+    if (answered && answered !== tables)
+      put(question.status, "The case has changed since: this is the answer for the case before.");
+  });
+  let ofA = ""; // the line that stands for the design that is pinned: the first of the others
+  effect(() => {
+    const { tables } = data.pinned ?? {};
+    const changes = tables ? differences(tables, data.tables) : [];
+    const line = changes.map(([key, value]) => `${key}=${value}`).join(", ");
+    if (line === ofA) return;
+    const others = rows("beside").filter((one) => one !== ofA);
+    ofA = line;
+    texts.beside = [line, ...others].filter(Boolean).join("\n");
+    const area = /** @type {HTMLTextAreaElement | null} */ (document.getElementById("hammer-beside"));
+    if (area) area.value = texts.beside;
+  });
 }
 
-let ofA = ""; // the line that stands for the design that is pinned
+const asking = () => (view.ask in QUESTIONS ? view.ask : "design");
+/** @param {string} name */
+const rows = (name) =>
+  (texts[name] ?? "")
+    .split("\n")
+    .map((line) => line.trim())
+    .filter(Boolean);
 
-/** The design that is pinned as A is the first of the others. */
-function besideA() {
-  const { tables } = data.pinned ?? {};
-  const line = tables ? differences(tables, data.tables).map(([key, value]) => `${key}=${value}`).join(", ") : "";
-  if (line === ofA) return;
-  const others = typed.beside.split("\n").filter((one) => one && one !== ofA);
-  ofA = line;
-  typed.beside = [line, ...others].filter(Boolean).join("\n");
-  const area = document.getElementById("hammer-beside");
-  if (area) area.value = typed.beside;
-}
-
-/** Measured blows, picked or dropped anywhere: the question is which numbers fit them. */
+/** Measured blows, picked or dropped anywhere: the question is which numbers fit them. @param {string} text @param {string} name */
 export function takeBlows(text, name) {
-  blows = text;
-  blowsOf = name;
+  chosen.blows = text;
+  put(blowsOf, name);
   show({ panel: "hammer", ask: "identify" });
-  const place = document.getElementById("hammer-blows-of");
-  if (place) put(place, name);
 }
 
-const question = () => (view.ask in QUESTIONS ? view.ask : "design");
-
-/** A range of ten per cent about what the case has, in the unit of the case. */
+/** A range of ten per cent about what the case has, in the unit of the case. @param {Parameter} parameter */
 function spread({ value, low, high, unit }) {
   const [from, to] = value ? [0.9 * value, 1.1 * value].sort((a, b) => a - b) : [low, high];
-  const digits = (x) => String(Number(x.toPrecision(4)));
+  const digits = (/** @type {number} */ x) => String(Number(x.toPrecision(4)));
   return `${digits(from)}:${digits(to)}${unit ? ` ${unit}` : ""}`;
 }
 
-function build() {
-  if (!data.about || !data.info) return;
-  const key = JSON.stringify([question(), data.info.parameters.map(({ name }) => name)]);
-  if (parts.form.dataset.built === key) return;
-  parts.form.dataset.built = key;
-  const { fields } = QUESTIONS[question()];
-  parts.go = h("button", { type: "submit", class: "main", id: "hammer-run" }, "Answer");
-  parts.cancel = h("button", { type: "button", id: "hammer-cancel", ".disabled": true, onclick: () => running?.abort() }, "Cancel");
-  const questions = Object.entries(QUESTIONS).map(([name, { name: words }]) => [name, words]);
-  put(
-    parts.form,
-    h("div", { class: "row" }, select("Question", questions, question(), (ask) => show({ ask }), { id: "hammer-question" })),
-    fields.map((field) => FIELDS[field]()),
-    h("div", { class: "row" }, parts.go, parts.cancel),
-  );
-  busy(Boolean(running));
-}
-
-/** Lines of text, and a choice that adds one. */
-function lines(id, label, example, value, keep, add) {
-  const area = h("textarea", { id, rows: 3, placeholder: example, spellcheck: "false", ".value": value, oninput: () => keep(area.value) });
-  const more = (line) => {
-    area.value = [area.value.trimEnd(), line].filter(Boolean).join("\n");
-    keep(area.value);
+/** A field of lines of text, and a choice that adds one.
+ * @param {string} name @param {string} label @param {string} example
+ * @param {{ label: string, options: [string, string][], line: (name: string) => string }} [add] @param {string} [kept] */
+function lines(name, label, example, add, kept = name) {
+  const id = `hammer-${name}`;
+  const keep = () => (texts[kept] = area.value);
+  const own = { id, rows: 3, placeholder: example, spellcheck: "false", ".value": texts[kept] ?? "" };
+  const area = h("textarea", { ...own, oninput: keep });
+  const more = (/** @type {string} */ one) => {
+    if (!one || !add) return;
+    area.value = [area.value.trimEnd(), add.line(one)].filter(Boolean).join("\n");
+    keep();
     area.focus();
   };
-  const adding = add && select(add.label, [["", "…"], ...add.options], "", (name) => name && more(add.line(name)), { id: `${id}-add` });
-  return h("div", { class: "lines" }, h("label", { class: "pick" }, h("span", {}, label), area), adding);
+  const adding = add && select(add.label, [["", "…"], ...add.options], "", more, { id: `${id}-add` });
+  return h("div", { class: "lines" }, labelled(label, area), adding);
 }
 
+/** @returns {[string, string][]} */
+const figures = () => data.about.figures.map((/** @type {any} */ { name, label }) => [name, label]);
+
+/** The fields: each its control, and what it adds to the question. @type {Record<string, { control: () => HTMLElement, body: () => Record<string, any> }>} */
 const FIELDS = {
-  goal: () =>
-    h(
-      "div",
-      { class: "row" },
-      select("The", [["most", "most"], ["least", "least"]], typed.greatest ? "most" : "least", (word) => (typed.greatest = word === "most"), { id: "hammer-sense" }),
-      select("Figure", data.about.figures.map(({ name, label }) => [name, label]), typed.figure, (name) => (typed.figure = name), { id: "hammer-figure" }),
-    ),
-  vary: () => {
-    const ask = question();
-    const { label, example, put: line } = RANGES[ask];
-    const options = data.info.parameters.filter(({ name }) => name.includes(".")).map(({ name, label: words }) => [name, `${words} (${name})`]);
-    const one = (name) => line(data.info.parameters.find((known) => known.name === name));
-    return lines("hammer-vary", label, example, typed.vary[ask] ?? "", (text) => (typed.vary[ask] = text), { label: "Add a number", options, line: one });
+  goal: {
+    control: () => {
+      const sense = (/** @type {string} */ word) => (chosen.greatest = word === "most");
+      const figure = (/** @type {string} */ name) => (chosen.figure = name);
+      const words = /** @type {[string, string][]} */ ([
+        ["most", "most"],
+        ["least", "least"],
+      ]);
+      return h(
+        "div",
+        { class: "row" },
+        select("The", words, chosen.greatest ? "most" : "least", sense, { id: "hammer-sense" }),
+        select("Figure", figures(), chosen.figure, figure, { id: "hammer-figure" }),
+      );
+    },
+    body: () => ({ figure: chosen.figure, greatest: chosen.greatest }),
   },
-  limits: () =>
-    lines("hammer-limits", "Limits, a line each", "steel.stress<400MPa", typed.limits, (text) => (typed.limits = text), {
-      label: "Add a limit",
-      options: data.about.figures.map(({ name, label }) => [name, label]),
-      line: (name) => `${name}<`,
-    }),
-  hammers: () =>
-    h(
-      "label",
-      { class: "pick" },
-      h("span", {}, "Hammers, about"),
-      h("input", { type: "number", id: "hammer-hammers", min: 20, max: 10000, step: 1, ".value": String(typed.hammers), onchange: (event) => (typed.hammers = Math.min(10000, Math.max(20, Math.round(Number(event.target.value)) || 600))) }),
-    ),
-  plane: () =>
-    h(
-      "label",
-      { class: "row middle" },
-      h("input", { type: "checkbox", id: "hammer-plane", ".checked": typed.plane, onchange: (event) => (typed.plane = event.target.checked) }),
-      "with a map of the first two ranges: which hammers keep the limits",
-    ),
-  beside: () =>
-    lines("hammer-beside", "Others, a line each: a machine, or other numbers of the case", "contact.restitution=0.3", typed.beside, (text) => (typed.beside = text), {
-      label: "Add a machine",
-      options: data.machines.map(({ name, title }) => [name, title ?? name]),
-      line: (name) => name,
-    }),
-  given: () =>
-    lines("hammer-given", "What is only given, and how far it may be off, a line each", "bar.diameter=±0.2mm", typed.given, (text) => (typed.given = text)),
-  blows: () =>
-    h(
-      "label",
-      { class: "pick" },
-      h("span", {}, "Measured blows, a row each, as CSV: time [s], rebound speed [m/s], …"),
-      h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange: async ({ target: { files } }) => takeBlows((await files[0]?.text()) ?? "", files[0]?.name ?? "") }),
-      h("span", { id: "hammer-blows-of" }, blowsOf),
-    ),
+  vary: {
+    control: () => {
+      const { label = "", example = "", range } = QUESTIONS[asking()];
+      /** @type {Parameter[]} */
+      const known = data.info.parameters.filter((/** @type {Parameter} */ { name }) => name.includes("."));
+      const options = known.map((one) => /** @type {[string, string]} */ ([one.name, `${one.label} (${one.name})`]));
+      const line = (/** @type {string} */ name) =>
+        /** @type {any} */ (range)(data.info.parameters.find((/** @type {Parameter} */ one) => one.name === name));
+      return lines("vary", label, example, { label: "Add a number", options, line }, `vary ${asking()}`);
+    },
+    body: () => ({ vary: rows(`vary ${asking()}`) }),
+  },
+  limits: {
+    control: () => {
+      const add = { label: "Add a limit", options: figures(), line: (/** @type {string} */ name) => `${name}<` };
+      return lines("limits", "Limits, a line each", "steel.stress<400MPa", add);
+    },
+    body: () => ({ limits: rows("limits") }),
+  },
+  hammers: {
+    control: () => {
+      const onchange = () => (chosen.hammers = Math.min(10000, Math.max(20, Math.round(Number(input.value)) || 600)));
+      const own = {
+        type: "number",
+        id: "hammer-hammers",
+        min: 20,
+        max: 10000,
+        step: 1,
+        ".value": String(chosen.hammers),
+      };
+      const input = h("input", { ...own, onchange });
+      return labelled("Hammers, about", input);
+    },
+    body: () => ({ hammers: chosen.hammers }),
+  },
+  plane: {
+    control: () => {
+      const onchange = () => (chosen.plane = tick.checked);
+      const tick = h("input", { type: "checkbox", id: "hammer-plane", ".checked": chosen.plane, onchange });
+      const words = "with a map of the first two ranges: which hammers keep the limits";
+      return h("label", { class: "row middle" }, tick, words);
+    },
+    body: () => ({ plane: chosen.plane }),
+  },
+  beside: {
+    control: () => {
+      const options = data.machines.map((/** @type {any} */ { name, title }) => [name, title ?? name]);
+      const add = { label: "Add a machine", options, line: (/** @type {string} */ name) => name };
+      const label = "Others, a line each: a machine, or other numbers of the case";
+      return lines("beside", label, "contact.restitution=0.3", add);
+    },
+    body: () => ({ beside: rows("beside") }),
+  },
+  given: {
+    control: () => lines("given", "What is only given, and how far it may be off, a line each", "bar.diameter=±0.2mm"),
+    body: () => ({ given: rows("given") }),
+  },
+  blows: {
+    control: () => {
+      const onchange = async () => takeBlows((await input.files?.[0]?.text()) ?? "", input.files?.[0]?.name ?? "");
+      const input = h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange });
+      const label = "Measured blows, a row each, as CSV: time [s], rebound speed [m/s], …";
+      return labelled(label, input, blowsOf);
+    },
+    body: () => ({ blows: chosen.blows }),
+  },
 };
 
-const rows = (text) => text.split("\n").map((line) => line.trim()).filter(Boolean);
-
-function asked() {
-  const ask = question();
-  const { fields } = QUESTIONS[ask];
-  const body = { case: data.tables, question: ask };
-  if (fields.includes("vary")) body.vary = rows(typed.vary[ask] ?? "");
-  if (ask === "design") Object.assign(body, { figure: typed.figure, greatest: typed.greatest, limits: rows(typed.limits), plane: typed.plane });
-  if (fields.includes("hammers")) body.hammers = typed.hammers;
-  if (ask === "compare") body.beside = rows(typed.beside);
-  if (ask === "identify") Object.assign(body, { blows, given: rows(typed.given) });
-  return body;
-}
-
 async function run() {
-  if (running) return;
-  const body = asked();
-  running = new AbortController();
+  if (question.running) return;
+  const body = { case: data.tables, question: asking() };
+  Object.assign(body, ...QUESTIONS[asking()].fields.map((name) => FIELDS[name].body()));
   answered = null;
-  busy(true);
-  put(parts.problem);
-  put(parts.answer);
-  parts.bar.value = 0;
-  put(parts.status, "Starting …");
-  try {
-    await stream("hammer", body, (event, found) => heard(event, found, body), running.signal);
-    if (!answered) put(parts.status, "Not answered.");
-  } catch (error) {
-    const cancelled = error.name === "AbortError";
-    if (!cancelled) put(parts.problem, error.message);
-    put(parts.status, cancelled ? "Cancelled." : "Not answered.");
-  }
-  running = null;
-  busy(false);
+  put(answer);
+  const how = await question.ask("hammer", body, (event, found) => {
+    if (event === "progress") return put(question.status, found.told);
+    answered = body.case;
+    put(question.status, "Answered.");
+    const take = () => setTables(found.case.tables, found.case);
+    put(
+      answer,
+      h("p", { class: `note ${found.tone}`, id: "hammer-summary" }, found.summary),
+      found.case && button("Take these numbers", take, { id: "hammer-take" }),
+      found.pictures.map(picture),
+      found.sections.map(section),
+    );
+  });
+  if (how !== "answered") put(question.status, how === "cancelled" ? "Cancelled." : "Not answered.");
 }
 
-function heard(event, found, body) {
-  if (event === "error") return put(parts.problem, new Refusal(0, found.problems).message);
-  parts.bar.value = event === "done" ? 1 : found.done;
-  if (event === "progress") return put(parts.status, found.told);
-  answered = body.case;
-  put(parts.status, "Answered.");
-  put(
-    parts.answer,
-    h("p", { class: `note ${found.tone}`, id: "hammer-summary" }, found.summary),
-    found.case && h("button", { type: "button", id: "hammer-take", onclick: () => setTables(found.case.tables, found.case) }, "Take these numbers"),
-    found.pictures.map(({ svg, caption }) => picture(svg, caption)),
-    found.sections.map(section),
+/** A picture of the server: as an image, nothing in it can act. @param {{ svg: string, caption: string }} picture */
+const picture = ({ svg, caption }) =>
+  h(
+    "figure",
+    {},
+    h("img", { src: URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" })), alt: caption }),
+    h("figcaption", { class: "small muted" }, caption),
   );
-}
 
-/** A picture of the server: as an image, nothing in it can act. */
-const picture = (svg, caption) =>
-  h("figure", {}, h("img", { src: URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" })), alt: caption }), h("figcaption", { class: "small muted" }, caption));
-
+/** @param {{ heading: string, columns: string[], rows: string[][] }} section */
 const section = ({ heading, columns, rows: cells }) => [
   h("h3", {}, heading),
   h(
     "div",
     { class: "scroll", tabindex: 0, role: "region", "aria-label": heading },
-    h(
-      "table",
-      {},
-      columns.length > 0 && h("thead", {}, h("tr", {}, columns.map((name) => h("th", { scope: "col" }, name)))),
-      h("tbody", {}, cells.map(([first, ...rest]) => h("tr", {}, h("th", { scope: "row" }, first), rest.map((text) => h("td", {}, text))))),
+    table(
+      columns,
+      cells.map(([first, ...rest]) => [h("th", { scope: "row" }, first), ...rest]),
     ),
   ),
 ];
-
-function busy(on_) {
-  if (!parts.go) return;
-  parts.go.disabled = on_;
-  parts.cancel.disabled = !on_;
-}
-
-/** Another case: what is shown is of the case before. */
-function changed() {
-  running?.abort();
-  if (answered && answered !== data.tables) put(parts.status, "The case has changed since: this is the answer for the case before.");
-}

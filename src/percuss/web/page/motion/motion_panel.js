@@ -62,7 +62,7 @@ export function startMotion() {
     details: h(
       "div",
       { class: "stack", id: "motion-details" },
-      sourceCard((words) => put(parts.status, words)),
+      sourceCard(parts.status),
       parts.status,
       h("div", { class: "row" }, stretch()),
       parts.facts,

@@ -1,14 +1,14 @@
 // Where a motion comes from: a steady motion, or a simulation from a start.
 
-import { postFile } from "../core/api.js";
+import { saveFile } from "../core/api.js";
 import { fileName } from "../case/case_files.js";
-import { download, h, put, select } from "../core/dom.js";
+import { h, put, select } from "../core/dom.js";
 import { fillStart, kindOf, startFields, startProblems } from "./motion_start.js";
 import { data, isHeld, setTables, show, view } from "../core/state.js";
 
 const parts = {};
 
-/** The card with the choices; `said` shows what happens to the file. */
+/** The card with the choices; `said` is where it is told what happens to the file. */
 export function sourceCard(said) {
   parts.said = said;
   parts.source = h("div", { class: "card", id: "motion-source" });
@@ -103,13 +103,7 @@ const keep = () => h("button", { type: "button", id: "motion-file", onclick: sav
 
 const setSimulation = (changes) => setTables({ ...data.tables, simulation: { ...data.tables.simulation, ...changes } });
 
-async function save() {
-  parts.said("Computing the whole motion …");
-  try {
-    const { blob, name } = await postFile("simulate/file", { case: data.tables }, `${fileName()}.nc`);
-    download(blob, name);
-    parts.said(`Saved as ${name}.`);
-  } catch (error) {
-    parts.said(h("span", { class: "problem" }, error.message));
-  }
+function save() {
+  put(parts.said, "Computing the whole motion …");
+  saveFile("simulate/file", { case: data.tables }, `${fileName()}.nc`, parts.said);
 }
