@@ -1,181 +1,166 @@
+// @ts-check
 // Files that become a case: TOML, and measured histories of the load.
 
 import { post, problemsOf, saidOf, upload } from "../core/api.js";
-import { $, $$, facts, h, put } from "../core/dom.js";
+import { button, facts, h, put } from "../core/dom.js";
 import { number, percent, withUnit } from "../core/format.js";
+import { signal } from "../core/signals.js";
 import { data, setTables, show, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 import { takeBlows } from "../drawers/hammer_panel.js";
 
+/** @typedef {import("../core/api.js").Problem} Problem */
+
 const RECORDINGS = [".csv", ".txt", ".tsv", ".dat", ".mat", ".wav", ".h5", ".hdf5", ".tdms"];
-const parts = {};
-let refused = { problems: [], change: 0 };
+const history = h("input", {
+  type: "file",
+  id: "upload-history",
+  accept: RECORDINGS.join(),
+  onchange: () => readHistory(),
+});
+const report = h("div", { id: "history-report", "aria-live": "polite" });
+/** How a recording is read. @type {HTMLInputElement[]} */
+const options = [];
+
+const refused = signal({ problems: /** @type {Problem[]} */ ([]), change: 0 });
 
 /** What was wrong with the last file, until the case is another. */
-export const fileProblems = () => (refused.change === data.changed ? refused.problems : []);
+export const fileProblems = () => (refused.value.change === data.changed ? refused.value.problems : []);
 
-export const fileName = () =>
-  (data.tables?.title || "case")
-    .toLowerCase()
-    .replace(/[^a-z0-9]+/g, "-")
-    .replace(/^-+|-+$/g, "") || "case";
-
-/** The card with the files; `told` is called when a file was refused. */
-export function filesCard(told) {
-  parts.told = told;
-  const toml = h("input", {
-    type: "file",
-    id: "upload-toml",
-    accept: [".toml", ...RECORDINGS].join(),
-    multiple: true,
-    onchange: pickedCase,
+/** The card with the files, which can also be dropped anywhere. */
+export function filesCard() {
+  const accept = [".toml", ...RECORDINGS].join();
+  const picked = async () => {
+    await take([...(toml.files ?? [])]);
+    toml.value = "";
+  };
+  const toml = h("input", { type: "file", id: "upload-toml", accept, multiple: true, onchange: picked });
+  const has = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files");
+  addEventListener("dragover", (event) => has(event) && event.preventDefault());
+  addEventListener("drop", (event) => {
+    if (!has(event)) return;
+    event.preventDefault(); // else the browser would leave the page for the file
+    take([...(event.dataTransfer?.files ?? [])]);
   });
-  const history = h("input", {
-    type: "file",
-    id: "upload-history",
-    accept: RECORDINGS.join(),
-    onchange: () => readHistory(),
-  });
-  droppable();
-  const extra = (name, label, hint) =>
-    h("label", { class: "pick" }, label, h("input", { type: "text", "data-history": name, placeholder: hint }));
-  parts.history = h("div", { id: "history-report", "aria-live": "polite" });
-  parts.options = h(
+  const option = (/** @type {string} */ name, /** @type {string} */ label, /** @type {string} */ hint) => {
+    const input = h("input", { type: "text", "data-history": name, placeholder: hint });
+    options.push(input);
+    return h("label", { class: "pick" }, label, input);
+  };
+  const fields = h(
     "div",
     { class: "fields" },
-    extra("area", "Piston area", "for a pressure: 6.5 cm^2"),
-    extra("unit", "Unit", "when the header has none: MPa"),
-    extra("column", "Column", "name or number"),
-    extra("time_column", "Time column", "name or number"),
-    extra("sample_rate", "Sample rate", "without times: 50 kHz"),
-    extra("opposing_column", "Column for the opposing face", "when there is one: name or number"),
-    extra("opposing_area", "Opposing area", "for its pressure: 4 cm^2"),
-    extra("from", "From", "start of the record: 0.2 s"),
-    extra("to", "To", "end of the record: 1.5 s"),
-    extra("frequency", "Frequency", "found when empty"),
-    extra("harmonics", "Harmonics", "found when empty"),
-    extra("force_scale", "Force scale", "for a dimensionless case: 1 kN"),
+    option("area", "Piston area", "for a pressure: 6.5 cm^2"),
+    option("unit", "Unit", "when the header has none: MPa"),
+    option("column", "Column", "name or number"),
+    option("time_column", "Time column", "name or number"),
+    option("sample_rate", "Sample rate", "without times: 50 kHz"),
+    option("opposing_column", "Column for the opposing face", "when there is one: name or number"),
+    option("opposing_area", "Opposing area", "for its pressure: 4 cm^2"),
+    option("from", "From", "start of the record: 0.2 s"),
+    option("to", "To", "end of the record: 1.5 s"),
+    option("frequency", "Frequency", "found when empty"),
+    option("harmonics", "Harmonics", "found when empty"),
+    option("force_scale", "Force scale", "for a dimensionless case: 1 kN"),
   );
+  const picker = (/** @type {HTMLInputElement} */ input, /** @type {string} */ words) =>
+    h("p", {}, h("label", { for: input.id }, words), h("br"), input);
   return h(
     "div",
     { class: "card" },
     h("h2", {}, "Files"),
-    h("p", {}, h("label", { for: "upload-toml" }, "A case as TOML; if it names a recording, pick both files"), h("br"), toml),
+    picker(toml, "A case as TOML; if it names a recording, pick both files"),
     h("p", { class: "small muted" }, "Files can also be dropped anywhere on the page."),
-    h(
-      "p",
-      {},
-      h("label", { for: "upload-history" }, "A measured load (CSV and others), used as the load of this case"),
-      h("br"),
-      history,
-    ),
+    picker(history, "A measured load (CSV and others), used as the load of this case"),
     h(
       "details",
       {},
       h("summary", {}, "How the recording is read"),
-      parts.options,
-      h("button", { type: "button", onclick: () => readHistory() }, "Read it again"),
+      fields,
+      button("Read it again", () => readHistory()),
     ),
-    parts.history,
+    report,
   );
 }
 
-const isCase = (file) => /\.toml$/i.test(file.name);
-
-async function pickedCase(event) {
-  await take([...event.target.files]);
-  event.target.value = "";
-}
-
-/** Files dropped anywhere become the case, or its load. */
-function droppable() {
-  const files = (event) => event.dataTransfer?.types.includes("Files");
-  addEventListener("dragover", (event) => files(event) && event.preventDefault());
-  addEventListener("drop", (event) => {
-    if (!files(event)) return;
-    event.preventDefault(); // else the browser would leave the page for the file
-    take([...event.dataTransfer.files]);
-  });
-}
-
-/** Whether a table tells of blows, a row each, and not of a load over time. */
+/** Whether a table tells of blows, a row each, and not of a load over time. @param {File} file */
 async function tellsBlows(file) {
-  if (!file || !/\.(csv|txt|tsv)$/i.test(file.name)) return false;
+  if (!/\.(csv|txt|tsv)$/i.test(file.name)) return false;
   return /(rebound|impact|striking)[_ ]?(speed|velocity)/i.test(await file.slice(0, 400).text());
 }
 
-/** A case, a case with its recording, or a recording for the case that is there. */
+/** A case, a case with its recording, or a recording for the case that is there. @param {File[]} files */
 const take = (files) => during("case", taken(files));
 
+/** @param {File[]} files */
 async function taken(files) {
+  const isCase = (/** @type {File} */ { name }) => /\.toml$/i.test(name);
   const [cases, recordings] = [files.filter(isCase), files.filter((file) => !isCase(file))];
   if (!files.length) return;
-  if (recordings.length && !(await tellsBlows(recordings[0]))) show({ panel: "case", tall: 1 }); // how it was read is told there
+  const blows = recordings.length > 0 && (await tellsBlows(recordings[0]));
+  if (recordings.length && !blows) show({ panel: "case", tall: 1 }); // how it was read is told there
   if (cases.length > 1 || recordings.length > 1) {
-    refuse([{ key: "", message: "several cases or several recordings at once", remedy: "pick one case and the recording that it names" }]);
+    const remedy = "pick one case and the recording that it names";
+    refuse([{ key: "", message: "several cases or several recordings at once", remedy }]);
   } else if (cases.length) {
-    await readCase(cases[0], recordings[0] ?? null);
-  } else if (await tellsBlows(recordings[0])) {
-    return takeBlows(await recordings[0].text(), recordings[0].name);
+    await readCase(cases[0], recordings[0]);
+  } else if (blows) {
+    takeBlows(await recordings[0].text(), recordings[0].name);
   } else {
     const bag = new DataTransfer(); // as if it had been picked there: "Read it again" finds it
     bag.items.add(recordings[0]);
-    $("#upload-history").files = bag.files;
+    history.files = bag.files;
     await readHistory();
   }
 }
 
+/** @param {File} file @param {File} [record] the recording that it names */
 async function readCase(file, record) {
   try {
-    const found = record ? await readRecorded(file, record) : await post("case", { toml: await file.text() });
+    const words = new URLSearchParams({ name: record?.name ?? "", toml_bytes: String(file.size) });
+    const found = record // the bytes of the one and then those of the other
+      ? await upload(`case/recorded?${words}`, new Blob([file, record]))
+      : await post("case", { toml: await file.text() });
     Object.assign(data, { base: null, physical: null });
     Object.assign(view, { machine: "", orbit: 0 });
     setTables(found.tables, found);
     show({});
-    put(parts.history, found.history ? recording(found.history, found.notes) : "");
+    put(report, found.history ? recording(found.history, found.notes) : "");
   } catch (error) {
     refuse(problemsOf(error));
   }
 }
 
-/** A case file and its recording, in one request: the bytes of the one and then those of the other. */
-async function readRecorded(file, record) {
-  const words = new URLSearchParams({ name: record.name, toml_bytes: String(file.size) });
-  return upload(`case/recorded?${words}`, new Blob([file, record]));
-}
-
+/** @param {Problem[]} problems */
 function refuse(problems) {
   show({ panel: "case", tall: 1 });
-  refused = { problems, change: data.changed };
-  parts.told();
+  refused.value = { problems, change: data.changed };
 }
 
 async function readHistory() {
-  const file = $("#upload-history").files[0];
-  if (!file) return put(parts.history, h("p", { class: "problem" }, "Choose a file first."));
+  const file = history.files?.[0];
+  if (!file) return put(report, h("p", { class: "problem" }, "Choose a file first."));
   const words = new URLSearchParams({ name: file.name });
   const kept = data.tables.load;
-  for (const input of $$("input[data-history]", parts.options))
-    if (input.value.trim()) words.set(input.dataset.history, input.value.trim());
+  for (const { dataset, value } of options) if (value.trim()) words.set(dataset.history ?? "", value.trim());
   if (!words.has("area") && kept?.area && data.tables.bar) words.set("area", kept.area);
   try {
     const found = await upload(`history?${words}`, file);
-    put(parts.history, recording(found.report, found.notes));
+    put(report, recording(found.report, found.notes));
     setTables({ ...data.tables, load: found.load });
-    parts.history.scrollIntoView({ block: "nearest" });
   } catch (error) {
-    const list = problemsOf(error);
     put(
-      parts.history,
-      list.map((p) => h("p", { class: "problem", role: "alert" }, saidOf(p))),
+      report,
+      problemsOf(error).map((one) => h("p", { class: "problem", role: "alert" }, saidOf(one))),
     );
-    parts.history.scrollIntoView({ block: "nearest" }); // a refusal out of sight is none
   }
+  report.scrollIntoView({ block: "nearest" }); // a refusal out of sight is none
 }
 
-/** What was found in a recording. */
-export function recording(report, notes = []) {
-  const rows = [
+/** What was found in a recording. @param {Record<string, any>} report @param {string[]} [notes] */
+export const recording = (report, notes = []) => [
+  h("h3", {}, "The recording"),
+  facts([
     ["cycles used", number(report.cycles)],
     ["frequency", `${withUnit(report.frequency, "Hz", 5)} (${report.frequency_given ? "given" : "found"})`],
     ["cycle lengths vary by", percent(report.jitter)],
@@ -183,7 +168,6 @@ export function recording(report, notes = []) {
     ["drift", percent(report.drift)],
     ["harmonics up to", number(report.harmonics)],
     ["not captured by them", percent(report.residual)],
-  ];
-  const words = [...notes, ...(report.warnings ?? [])].map((text) => h("p", { class: "note warn" }, text));
-  return [h("h3", {}, "The recording"), facts(rows), words];
-}
+  ]),
+  [...notes, ...(report.warnings ?? [])].map((text) => h("p", { class: "note warn" }, text)),
+];

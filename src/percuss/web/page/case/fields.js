@@ -1,7 +1,12 @@
+// @ts-check
 // The fields of the case form: what each key is called and what may stand there. The server checks what is typed.
 
 import { plainNumber, quantity } from "../core/format.js";
 
+/** A field: its key, its label, what may stand there, and whether that is a list. @typedef {[string, string, string, boolean?]} Field */
+/** A load as it is written in a case. @typedef {Record<string, any>} Load */
+
+/** @type {Field[]} */
 export const BAR = [
   ["bar.length", "Length", "from the driven to the striking end, as 341 mm"],
   ["bar.diameter", "Diameter", "of a solid round bar; or give the area"],
@@ -13,26 +18,30 @@ export const BAR = [
 /** Of a bar of sections, which may have materials of their own. */
 export const SHARED = BAR.slice(-2);
 
+/** @type {Field[]} */
 export const CONTACT = [
   ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
   ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
 ];
 
+/** @type {Field[]} */
 export const SYSTEM = [
   ["system.s", "Wave speed s", "C/(LΩ)"],
   ["system.restitution", "Restitution R", "0 to 1"],
 ];
 
-/** Of a structure that is held: what a table of modes has not is left out. */
+/** Of a structure that is held: what a table of modes has not is left out. @type {Field[]} */
 export const HELD = [
   ["body.gap", "Gap", "from the contact to the wall without any force; negative where the wall presses"],
 ];
 
+/** @type {Field[]} */
 export const MOUNTED = [
   ["body.spring", "Spring", "its stiffness; in SI as 20 kN/m"],
   ["body.dashpot", "Dashpot", "its force per velocity; none when empty"],
 ];
 
+/** @type {Field[]} */
 export const MODES = [
   ["body.omega", "Frequencies", "of the modes, in radians per radian of the load, or rad/s in SI", true],
   ["body.damping", "Dampings", "2ζω of each mode", true],
@@ -40,11 +49,13 @@ export const MODES = [
   ["body.drive", "Modes at the load", "the same where the load acts", true],
 ];
 
+/** @type {Field[]} */
 const SI_ONLY = [
   ["load.frequency", "Frequency", "of the fundamental, as 60 Hz or 402 blows/min"],
   ["load.area", "Piston area", "that a pressure acts on; leave empty for forces"],
 ];
 
+/** @type {Record<string, Field[]>} */
 const LOADS = {
   harmonic: [
     ["load.mean", "Mean", "positive toward the wall"],
@@ -65,6 +76,7 @@ const LOADS = {
   fourier: [["load.unit", "Unit of the coefficients", "as kN or bar"]],
 };
 
+/** @type {[string, string][]} */
 export const KINDS = [
   ["harmonic", "mean + cosine"],
   ["square", "square wave"],
@@ -73,13 +85,16 @@ export const KINDS = [
   ["valve", "valve, switched by the piston"],
 ];
 
+/** The fields of a clocked load. @param {string} kind @param {boolean} si */
 export function loadFields(kind, si) {
   const own = (LOADS[kind] ?? []).filter(([key]) => si || key !== "load.unit");
   return si ? [...own, ...SI_ONLY] : own;
 }
 
+/** @type {Field[]} */
 export const TITLE = [["title", "Title", "free text"]];
 
+/** @type {Field[]} */
 export const START = [
   ["start.position", "Position", "of the bar: 0 at the wall, negative off it; as -1 (bar lengths) or -3 cm"],
   ["start.velocity", "Velocity", "toward the wall"],
@@ -96,24 +111,38 @@ export const START = [
   ["simulation.tolerance", "Tolerance", "for calling a motion periodic; 1e-9 when empty"],
 ];
 
-const SPEED = ["blow.velocity", "Speed", "of the bar toward the tool, for one blow; that of the steady motion when empty"];
+/** @type {Field} */
+const SPEED = [
+  "blow.velocity",
+  "Speed",
+  "of the bar toward the tool, for one blow; that of the steady motion when empty",
+];
+/** @type {Field} */
 const GAP = ["tool.gap", "Gap", "between the faces when the blow begins; none when empty"];
+/** @type {Field[]} */
 const ROCK = [
   ["rock.stiffness", "Stiffness K₁ of the rock", "force per penetration while it grows, as 100 kN/mm"],
-  ["rock.unloading_ratio", "Unloading ratio γ", "0 to 1: share of the penetration that the rock gives back; 1 when empty"],
+  [
+    "rock.unloading_ratio",
+    "Unloading ratio γ",
+    "0 to 1: share of the penetration that the rock gives back; 1 when empty",
+  ],
 ];
 
-/** Of what is struck in one blow, and how fast. */
+/** Of what is struck in one blow, and how fast. @param {Record<string, any>} tables @param {string} struck */
 export function struckFields({ tool, rock, bar }, struck) {
+  /** @type {Field[]} */
   const own = [];
-  if (tool && !bar && struck !== "wall") own.push(["tool.impedance", "Impedance", "over that of the bar's last section"]);
+  if (tool && !bar && struck !== "wall")
+    own.push(["tool.impedance", "Impedance", "over that of the bar's last section"]);
   if (tool && bar && (struck === "free" || struck === "rock"))
     own.push(["tool.bit_mass", "Mass at its end", "of a bit too short to be a section; none when empty"]);
   if (tool) own.push(GAP);
   return [...own, ...(rock ? ROCK : []), SPEED];
 }
 
-/** A load of another kind in the numbers of the present one, whose load factor tells the mean in the same unit. */
+/** A load of another kind in the numbers of the present one, whose load factor tells the mean in the same unit.
+ * @param {Load} load @param {string} kind @param {boolean} si @param {number} [factor] @returns {Load} */
 export function otherLoad(load, kind, si, factor) {
   const { frequency, area, at } = load;
   const kept = { ...(si && frequency && { frequency }), ...(si && area && { area }), ...(at && { at }) };
@@ -127,10 +156,14 @@ export function otherLoad(load, kind, si, factor) {
   const square = load.kind === "square"; // which is a load of two steps
   const push = square ? (load.kappa ?? 1) * Math.PI : Math.PI;
   const [high, low] = square ? [amplitude, -amplitude] : [mean + amplitude, mean - amplitude];
-  const [breaks, values] = [[0, push], [high, low]].map((pair) => pair.map((part) => plainNumber(part, 8)));
+  const [breaks, values] = [
+    [0, push],
+    [high, low],
+  ].map((pair) => pair.map((part) => plainNumber(part, 8)));
   return { kind, breaks, values, ...inUnit, ...kept };
 }
 
+/** @param {Load} load @param {number} factor */
 export function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, factor) {
   if (coefficients) return [coefficients[0]?.[0] ?? 0, Math.hypot(...(coefficients[1] ?? [1, 0]))];
   if (Array.isArray(values)) {
@@ -141,8 +174,10 @@ export function meanAndAmplitude({ mean, amplitude = 1, coefficients, values }, 
   return [own?.unit === size.unit ? own.value : factor * size.value, size.value];
 }
 
+/** @param {number} value @param {string} unit */
 export const joined = (value, unit) => (unit ? `${plainNumber(value, 5)} ${unit}` : plainNumber(value, 5));
 
+/** @param {Load} load @returns {string} */
 export function unitOf(load) {
   if (load.unit) return load.unit;
   const text = String(load.amplitude ?? "");
@@ -152,14 +187,16 @@ export function unitOf(load) {
 const SHARES = /restitution|ratio|kappa|efficiency$/; // keys of plain numbers that may be typed as a share
 const LISTS = /modal_(displacement|velocity)$/;
 
-/** What a field's text stands for: a number, a list for some keys, else the text; undefined when empty. */
+/** What a field's text stands for: a number, a list for some keys, else the text; undefined when empty.
+ * @param {string} text @param {string} [key] @param {boolean} [list] @returns {any} */
 export function typed(text, key = "", list = LISTS.test(key)) {
   const clean = text.trim().replaceAll("−", "-");
   if (clean === "") return undefined;
   if (list) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
   const point = clean.replace(/^([-+]?\d*),(\d+)/, "$1.$2"); // 0,36
   const share = /^([-+]?[\d.eE+-]+)\s*%$/.exec(point);
-  if (share && Number.isFinite(Number(share[1])) && SHARES.test(key)) return Number((Number(share[1]) / 100).toPrecision(12));
+  if (share && Number.isFinite(Number(share[1])) && SHARES.test(key))
+    return Number((Number(share[1]) / 100).toPrecision(12));
   const plain = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(point) && Number.isFinite(Number(point));
   return plain ? Number(point) : point; // 1e400 is no number of JSON: the server is told the text
 }

@@ -1,12 +1,19 @@
-// The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI their sizes and materials, in plain
-// numbers their impedances and transit times.
+// @ts-check
+// The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI
+// their sizes and materials, in plain numbers their impedances and transit times.
 
-import { h } from "../core/dom.js";
-import { typed } from "./fields.js";
+import { button, h, segments, table } from "../core/dom.js";
 import { idOf, input, problemOf } from "./form_fields.js";
 import { plainNumber, quantity } from "../core/format.js";
+import { typed } from "./fields.js";
 import { data, setKey, setTables } from "../core/state.js";
 
+/** @typedef {import("../core/moves.js").Tables} Tables */
+/** A chain of sections: its columns by the names of their numbers, its rows in the tables, and what it is called.
+ * @typedef {{ form: "bar" | "system" | "tool", columns: [string, string][], rows: (tables: Tables) => any[],
+ *   set: (rows: any[]) => void, id: string, who: string, ends: string[], legend: string, hint: string }} Chain */
+
+/** @type {[string, string][]} */
 const SIZES = [
   ["length", "Length"],
   ["diameter", "Diameter"],
@@ -17,28 +24,20 @@ const SIZES = [
   ["density", "and density"],
 ];
 
+/** @type {[string, string][]} */
 const PLAIN = [
   ["impedances", "Impedance"],
   ["transit_times", "Transit time"],
 ];
 
-const HINTS = {
-  bar:
-    "Sizes with their unit, as 52 mm: a diameter, with a bore if there is one, or an area. A material that is left " +
-    "empty is that of the bar.",
-  tool:
-    "Sizes with their unit. A last section without a length is endless. A material that is left empty is steel.",
-  system:
-    "Impedances in any one unit, transit times in any one unit: only their ratios count, all transit times together " +
-    "are 1/s.",
-};
-
+/** Whether a bar has sections. @param {Tables} tables */
 export const sectioned = ({ bar, system }) =>
   bar ? bar.sections !== undefined : [system?.impedances, system?.transit_times].some((list) => list !== undefined);
 
+/** @param {any} found @returns {any[]} */
 const listed = (found) => (Array.isArray(found) ? found : []); // a link may have anything in its place
 
-/** The rows as they stand in the tables. */
+/** The rows as they stand in the tables. @param {Tables} tables @returns {any[]} */
 export function rowsOf({ bar, system }) {
   if (bar) return listed(bar.sections);
   const [impedances, times] = PLAIN.map(([name]) => listed(system?.[name]));
@@ -46,6 +45,7 @@ export function rowsOf({ bar, system }) {
   return Array.from({ length: count }, (_, i) => ({ impedances: impedances[i], transit_times: times[i] }));
 }
 
+/** @param {any[]} rows */
 function setRows(rows) {
   const { tables } = data;
   if (tables.bar) return setKey("bar.sections", rows);
@@ -61,8 +61,25 @@ const OWN = {
   ends: ["driven end", "striking end"],
   legend: "Sections, from the driven to the striking end",
 };
-const BAR = { ...OWN, form: "bar", columns: SIZES };
-const SYSTEM = { ...OWN, form: "system", columns: PLAIN };
+/** @type {Chain} */
+const BAR = {
+  ...OWN,
+  form: "bar",
+  columns: SIZES,
+  hint:
+    "Sizes with their unit, as 52 mm: a diameter, with a bore if there is one, or an area. A material that is left " +
+    "empty is that of the bar.",
+};
+/** @type {Chain} */
+const SYSTEM = {
+  ...OWN,
+  form: "system",
+  columns: PLAIN,
+  hint:
+    "Impedances in any one unit, transit times in any one unit: only their ratios count, all transit times together " +
+    "are 1/s.",
+};
+/** @type {Chain} */
 const TOOL = {
   form: "tool",
   columns: SIZES,
@@ -72,22 +89,26 @@ const TOOL = {
   who: "Section of the tool",
   ends: ["struck face", "far end"],
   legend: "Sections of the tool, from the struck face on",
+  hint: "Sizes with their unit. A last section without a length is endless. A material that is left empty is steel.",
 };
 
-/** Whether the bar is uniform or has sections, as two buttons. */
+/** Whether the bar is uniform or has sections, as two buttons. @param {Tables} tables */
 export function uniformOrSections(tables) {
   const now = sectioned(tables);
-  const button = (id, words, on, press) =>
-    h("button", { type: "button", id, "aria-pressed": String(on), onclick: () => on || setTables(press()) }, words);
-  return h(
-    "div",
-    { class: "segments", role: "group", "aria-label": "The bar is" },
-    button("bar-uniform", "Uniform", !now, () => uniform(data.tables)),
-    button("bar-sections", "Sections", now, () => inSections(data.tables)),
+  const one = (
+    /** @type {string} */ id,
+    /** @type {string} */ words,
+    /** @type {boolean} */ on,
+    /** @type {(tables: Tables) => Tables} */ made,
+  ) => button(words, () => on || setTables(made(data.tables)), { id, "aria-pressed": String(on) });
+  return segments(
+    "The bar is",
+    one("bar-uniform", "Uniform", !now, uniform),
+    one("bar-sections", "Sections", now, inSections),
   );
 }
 
-/** The same bar as one section. Strain that turns over is a law of uniform bars only. */
+/** The same bar as one section. Strain that turns over is a law of uniform bars only. @param {Tables} tables */
 function inSections(tables) {
   if (!tables.bar) {
     const { strain, ...system } = tables.system;
@@ -100,7 +121,7 @@ function inSections(tables) {
   return { ...tables, bar: { ...bar, sections: [given({ length, diameter, area })] }, contact };
 }
 
-/** A uniform bar as long as all sections, with the cross-section and the material of the striking end. */
+/** A uniform bar as long as all sections, with the cross-section and the material of the striking end. @param {Tables} tables */
 function uniform(tables) {
   const { at, ...load } = tables.load;
   if (!tables.bar) {
@@ -117,25 +138,31 @@ function uniform(tables) {
   return { ...tables, bar: given({ ...bar, length: wholeLength(tables), ...last, ...own, ...ring }), load };
 }
 
+/** @param {Record<string, any>} table */
 const given = (table) => Object.fromEntries(Object.entries(table).filter(([, value]) => value !== undefined));
 
+/** @param {Tables} tables */
 function wholeLength(tables) {
   const parts = rowsOf(tables).map((row) => quantity(row?.length));
   const unit = parts[0]?.unit;
   if (parts.every((part) => part?.unit === unit))
-    return `${plainNumber(parts.reduce((sum, { value }) => sum + value, 0), 12)} ${unit}`.trim();
+    return `${plainNumber(
+      parts.reduce((sum, part) => sum + /** @type {any} */ (part).value, 0),
+      12,
+    )} ${unit}`.trim();
   return data.info?.bar ? `${plainNumber(data.info.bar.length_m * 1e3, 6)} mm` : undefined;
 }
 
-/** The table with its buttons. */
+/** The table of the sections of a bar, with its buttons. @param {Tables} tables */
 export const sectionsTable = (tables) => tableOf(tables.bar ? BAR : SYSTEM, tables);
 
-/** That of the tool. */
+/** That of the tool. @param {Tables} tables */
 export const toolTable = (tables) => tableOf(TOOL, tables);
 
+/** @param {Chain} chain @param {Tables} tables */
 function tableOf(chain, tables) {
   const { form, columns, id } = chain;
-  const rows = chain.rows(tables);
+  const { length } = chain.rows(tables);
   const heads = ["No.", ...columns.map(([, label]) => label), ""];
   const lists = form === "system" ? PLAIN.map(([name]) => `system.${name}`) : [`${form}.sections`];
   const add = () => {
@@ -147,39 +174,41 @@ function tableOf(chain, tables) {
     "fieldset",
     { class: "wide", id },
     h("legend", {}, chain.legend),
-    h("p", { class: "hint small muted", id: `${id}-hint` }, HINTS[form]),
+    h("p", { class: "hint small muted", id: `${id}-hint` }, chain.hint),
     h(
       "div",
       { class: "scroll" },
-      h(
-        "table",
+      table(
+        heads,
+        Array.from({ length }, (_, i) => row(chain, i, length)),
         { class: "sections", "aria-describedby": `${id}-hint` },
-        h("thead", {}, h("tr", {}, heads.map(head))),
-        h("tbody", {}, rows.map((_, i) => row(chain, i, rows.length))),
       ),
     ),
     lists.map(problemOf),
-    h("div", { class: "row" }, h("button", { type: "button", id: `${id}-add`, onclick: add }, "Add a section")),
+    h("div", { class: "row" }, button("Add a section", add, { id: `${id}-add` })),
   );
 }
 
-const head = (label) => (label ? h("th", { scope: "col" }, label) : h("td"));
-
+/** The key of a cell. @param {string} form @param {number} i @param {string} name */
 const cellOf = (form, i, name) => (form === "system" ? `system.${name}[${i}]` : `${form}.sections[${i}].${name}`);
 
+/** The cells of a row. @param {Chain} chain @param {number} i @param {number} count */
 function row({ form, columns, id, rows, set, who, ends }, i, count) {
-  const cell = ([name, label]) => {
+  const cell = (/** @type {[string, string]} */ [name, label]) => {
     const key = cellOf(form, i, name);
     const named = `${who} ${i + 1}: ${label.replace(/^(or|and) /, "").toLowerCase()}`;
     const told = { "aria-label": named, "aria-describedby": `${idOf(key)}-problem` };
     const control = name === "material" ? materials(key, told) : input(key, told);
-    return h("td", {}, control, problemOf(key));
+    return [control, problemOf(key)];
   };
-  const button = (name, sign, words, off, press) => {
-    const told = { id: `${id}-${name}-${i}`, "aria-label": words, title: words };
-    return h("button", { type: "button", ...told, ".disabled": off, onclick: press }, sign);
-  };
-  const swap = (to) => () => {
+  const arrow = (
+    /** @type {string} */ name,
+    /** @type {string} */ sign,
+    /** @type {string} */ words,
+    /** @type {boolean} */ off,
+    /** @type {() => void} */ press,
+  ) => button(sign, press, { id: `${id}-${name}-${i}`, "aria-label": words, title: words, ".disabled": off });
+  const swap = (/** @type {number} */ to) => () => {
     const next = [...rows(data.tables)];
     [next[i], next[to]] = [next[to], next[i]];
     set(next);
@@ -190,38 +219,31 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
     set(rows(data.tables).filter((_, j) => j !== i));
     focusFirst(`${id}-remove-${Math.min(i, count - 2)}`, `${id}-add`);
   };
-  return h(
-    "tr",
-    {},
-    h("th", { scope: "row" }, String(i + 1)),
-    columns.map(cell),
-    h(
-      "td",
-      { class: "moves" },
-      h(
-        "div",
-        { class: "row" },
-        button("up", "↑", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[0]}`, i === 0, swap(i - 1)),
-        button("down", "↓", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[1]}`, i === count - 1, swap(i + 1)),
-        button("remove", "×", `Remove ${who.toLowerCase()} ${i + 1}`, count === 1, remove),
-      ),
-    ),
+  const own = `${who.toLowerCase()} ${i + 1}`;
+  const moves = h(
+    "div",
+    { class: "row" },
+    arrow("up", "↑", `Move ${own} toward the ${ends[0]}`, i === 0, swap(i - 1)),
+    arrow("down", "↓", `Move ${own} toward the ${ends[1]}`, i === count - 1, swap(i + 1)),
+    arrow("remove", "×", `Remove ${own}`, count === 1, remove),
   );
+  return [h("th", { scope: "row" }, String(i + 1)), ...columns.map(cell), h("td", { class: "moves" }, moves)];
 }
 
+/** The choice of a material. @param {string} key @param {Record<string, any>} told */
 function materials(key, told) {
   const words = Object.keys(data.about.materials).map((name) => [name, name.replaceAll("_", " ")]);
   const options = [["", key.startsWith("tool.") ? "steel" : "as the bar"], ...words];
-  const change = (event) => setKey(key, typed(event.target.value));
-  return h(
+  const box = h(
     "select",
-    { id: idOf(key), "data-key": key, onchange: change, ...told },
+    { id: idOf(key), "data-key": key, onchange: () => setKey(key, typed(box.value)), ...told },
     options.map(([value, text]) => h("option", { value }, text)),
   );
+  return box;
 }
 
-/** The first of these that can be used has the focus: nobody at the keyboard loses their place. */
+/** The first of these that can be used has the focus: nobody at the keyboard loses their place. @param {string[]} ids */
 function focusFirst(...ids) {
-  const found = ids.map((id) => document.getElementById(id));
+  const found = ids.map((id) => /** @type {HTMLButtonElement | null} */ (document.getElementById(id)));
   found.find((control) => control && !control.disabled)?.focus();
 }

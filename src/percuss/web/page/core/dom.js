@@ -93,6 +93,10 @@ export const labelled = (label, control, ...more) => h("label", { class: "pick" 
 /** A button. @param {string} text @param {() => void} onclick @param {Record<string, any>} [attributes] */
 export const button = (text, onclick, attributes = {}) => h("button", { type: "button", ...attributes, onclick }, text);
 
+/** Buttons beside each other, of which one is pressed. @param {string} label @param {Child[]} buttons */
+export const segments = (label, ...buttons) =>
+  h("div", { class: "segments", role: "group", "aria-label": label }, buttons);
+
 /** A list of facts: what each is called, and what it is. @param {(Child[] | false | null | undefined)[]} rows */
 export const facts = (rows) =>
   h(
@@ -106,7 +110,7 @@ export const facts = (rows) =>
 export function table(heads, rows, attributes = {}) {
   const cell = (/** @type {Child} */ one) => (one instanceof HTMLTableCellElement ? one : h("td", {}, one));
   const row = (/** @type {Child[] | Node} */ one) => (one instanceof Node ? one : h("tr", {}, one.map(cell)));
-  const head = heads.map((one) => h("th", { scope: "col" }, one));
+  const head = heads.map((one) => (one === "" ? h("td") : h("th", { scope: "col" }, one)));
   return h("table", attributes, head.length > 0 && h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows.map(row)));
 }
 

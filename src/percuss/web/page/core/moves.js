@@ -22,7 +22,13 @@ export function withKey(tables, key, value) {
 /** @param {any} inside @param {any[]} path @param {any} value @returns {any} */
 function withStep(inside, [step, ...rest], value) {
   /** @type {any} */
-  const found = Array.isArray(inside) ? [...inside] : typeof inside === "object" ? { ...inside } : {};
+  const found = Array.isArray(inside)
+    ? [...inside]
+    : typeof inside === "object"
+      ? { ...inside }
+      : /^\d+$/.test(step)
+        ? []
+        : {};
   const next = rest.length ? withStep(found[step], rest, value) : value;
   if (next !== undefined) found[step] = next;
   else if (Array.isArray(found))

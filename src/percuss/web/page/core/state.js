@@ -124,6 +124,13 @@ export const mover = () => (isHeld() ? "structure" : "bar");
 /** A number of its modes, in words. */
 export const modesInWords = (/** @type {number} */ n) => (isHeld() ? `${n} modes at most` : `${n} elastic modes`);
 
+/** The name of a file of the case, without its ending. */
+export const fileName = () =>
+  (data.tables?.title || "case")
+    .toLowerCase()
+    .replace(/[^a-z0-9]+/g, "-")
+    .replace(/^-+|-+$/g, "") || "case";
+
 /** The case of a request. */
 export const asked = () => ({ case: data.tables, periods: view.m });
 

@@ -2,11 +2,10 @@
 // Random starts, followed until their motions are found: the shares of the attractors fill up while they come in.
 
 import { saveFile } from "../core/api.js";
-import { fileName } from "../case/case_files.js";
 import { $, button, h, labelled, put, select } from "../core/dom.js";
 import { counted, number, percent } from "../core/format.js";
 import { effect } from "../core/signals.js";
-import { data, show, view } from "../core/state.js";
+import { data, fileName, show, view } from "../core/state.js";
 import { LongQuestion } from "./long_question.js";
 
 /** @type {Record<string, string>} */

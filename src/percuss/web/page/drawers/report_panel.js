@@ -2,11 +2,10 @@
 // What it means in joules, hertz, metres per second and megapascals, as cards; and the report as one file.
 
 import { saveFile } from "../core/api.js";
-import { fileName } from "../case/case_files.js";
 import { button, h, put } from "../core/dom.js";
 import { angle, number, percent, scaleOf } from "../core/format.js";
 import { effect } from "../core/signals.js";
-import { chosen, data, isHeld, obstacleOf, reasonOf, switchesItself, view } from "../core/state.js";
+import { chosen, data, fileName, isHeld, obstacleOf, reasonOf, switchesItself, view } from "../core/state.js";
 
 /** @typedef {NonNullable<ReturnType<typeof chosen>>} Found */
 /** @typedef {Record<string, any>} Answer */

@@ -1,10 +1,9 @@
 // Where a motion comes from: a steady motion, or a simulation from a start.
 
 import { saveFile } from "../core/api.js";
-import { fileName } from "../case/case_files.js";
 import { h, put, select } from "../core/dom.js";
 import { fillStart, kindOf, startFields, startProblems } from "./motion_start.js";
-import { data, isHeld, setTables, show, view } from "../core/state.js";
+import { data, fileName, isHeld, setTables, show, view } from "../core/state.js";
 
 const parts = {};
 

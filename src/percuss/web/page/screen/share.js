@@ -3,10 +3,9 @@
 
 import { writeAddress } from "../core/address.js";
 import { post } from "../core/api.js";
-import { fileName } from "../case/case_files.js";
 import { h } from "../core/dom.js";
 import { valueAt } from "../core/moves.js";
-import { data, switchesItself, view } from "../core/state.js";
+import { data, fileName, switchesItself, view } from "../core/state.js";
 import { changed, toast } from "./header.js";
 
 /** The menu of the head. */

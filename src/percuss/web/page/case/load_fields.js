@@ -1,12 +1,50 @@
-// The fields of a load that the piston switches, and such a load in the place of a clocked one, and back.
+// @ts-check
+// The fields of a load by its Fourier coefficients, one row a harmonic, and of one that the piston switches; such a load
+// in the place of a clocked one, and back.
 
-import { joined, meanAndAmplitude, otherLoad, unitOf } from "./fields.js";
-import { field, problemOf } from "./form_fields.js";
-import { h } from "../core/dom.js";
+import { joined, meanAndAmplitude, otherLoad, typed, unitOf } from "./fields.js";
+import { field, input, problemOf } from "./form_fields.js";
+import { button, h } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
 import { steps } from "../core/moves.js";
-import { data } from "../core/state.js";
+import { data, setKey } from "../core/state.js";
 
+/** @typedef {import("./fields.js").Load} Load */
+
+/** A field with all coefficients; what a link has in their place, which may be anything, is told of by the server.
+ * @param {any} found */
+export function coefficients(found) {
+  const listed = (/** @type {any} */ one) => (Array.isArray(one) ? one : []);
+  const now = () => listed(data.tables.load.coefficients);
+  const pairs = listed(found);
+  const set = (/** @type {any[]} */ next) => setKey("load.coefficients", next);
+  const box = (/** @type {number} */ k, /** @type {number} */ part) => {
+    const label = `coefficient ${k}, ${part ? "imaginary" : "real"} part`;
+    const key = `load.coefficients[${k}][${part}]`;
+    return input(key, { "aria-label": label, ".disabled": k === 0 && part === 1 }, (text) => typed(text) ?? 0);
+  };
+  const name = (/** @type {number} */ k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
+  const head = (/** @type {string} */ words) => h("span", { class: "small muted" }, words);
+  return h(
+    "div",
+    { class: "field" },
+    h(
+      "div",
+      { class: "coefficients" },
+      [h("span"), head("real"), head("imaginary")],
+      pairs.map((_, k) => [h("span", {}, k ? `p${name(k)}` : "p₀, mean"), box(k, 0), box(k, 1)]),
+    ),
+    h(
+      "div",
+      { class: "row" },
+      button("Add a harmonic", () => set([...now(), [0, 0]])),
+      button("Remove the last", () => set(now().slice(0, -1)), { ".disabled": pairs.length < 3 }),
+    ),
+    problemOf("load.coefficients"),
+  );
+}
+
+/** @type {Record<string, [string, string]>} */
 const HINTS = {
   pressure: ["Pressure", "of the supply, as 160 bar; without it states are forces"],
   start_state: ["State at the start", "the first one when empty"],
@@ -27,7 +65,7 @@ const HINTS = {
 const ALWAYS = ["load.start_state", "load.room"];
 const OF_PORTS = ["side", "to", "delay"];
 
-/** The keys that a load of this kind has fields for. */
+/** The keys that a load of this kind has fields for. @param {Load} load @returns {string[]} */
 export function valveKeys(load) {
   const found = load.pressure === undefined ? [] : ["load.pressure"];
   for (const [name, given] of Object.entries(load.states ?? {})) {
@@ -35,18 +73,21 @@ export function valveKeys(load) {
     const sides = load.chambers ? Object.keys(load.chambers) : ["front", "rear"];
     for (const side of areas ? sides : [""]) found.push(`load.states.${name}${side && `.${side}`}`);
   }
-  (Array.isArray(load.ports) ? load.ports : []).forEach((port, i) => {
+  (Array.isArray(load.ports) ? load.ports : []).forEach((/** @type {any} */ port, /** @type {number} */ i) => {
     const edge = port?.speed === undefined ? "behind" : "speed";
     const own = port?.on ? ["on", "to", "delay"] : [edge, ...OF_PORTS, ...(port?.reads === undefined ? [] : ["reads"])];
     for (const name of own) found.push(`load.ports[${i}].${name}`);
   });
   const oil = Object.keys(load.chambers ?? {}).map((name) => `load.chambers.${name}.area`);
-  (Array.isArray(load.orifices) ? load.orifices : []).forEach((_, i) => oil.push(`load.orifices[${i}].drop`, `load.orifices[${i}].at`));
+  (Array.isArray(load.orifices) ? load.orifices : []).forEach((/** @type {any} */ _, /** @type {number} */ i) =>
+    oil.push(`load.orifices[${i}].drop`, `load.orifices[${i}].at`),
+  );
   if (load.supply?.flow !== undefined) oil.push("load.supply.flow");
   const gas = load.chamber?.volume === undefined ? "stiffness" : "volume";
   return [...found, ...oil, "load.chamber.force", `load.chamber.${gas}`, ...ALWAYS];
 }
 
+/** @param {Load} load */
 export function valveFields(load) {
   const rows = valveKeys(load).map((key) => field([key, ...words(key)]));
   const tables = ["load.states", "load.ports", "load.chamber"].map(problemOf);
@@ -54,7 +95,7 @@ export function valveFields(load) {
   return [h("p", { class: "hint small muted" }, hint), tables, h("div", { class: "fields" }, rows)];
 }
 
-/** [label, hint] of a key. */
+/** The label and the hint of a key. @param {string} key @returns {[string, string]} */
 function words(key) {
   const [, first, second, third] = steps(key);
   const own = HINTS[third ?? second ?? first];
@@ -62,7 +103,10 @@ function words(key) {
   if (first === "chambers") return [`Chamber ${second}: area`, "on which its pressure acts"];
   if (first === "orifices") {
     const { chamber, to } = data.tables.load.orifices[Number(second)];
-    return [`Passage ${chamber} – ${to}: ${third}`, third === "at" ? "the flow that takes this drop" : "of the pressure, at a flow"];
+    return [
+      `Passage ${chamber} – ${to}: ${third}`,
+      third === "at" ? "the flow that takes this drop" : "of the pressure, at a flow",
+    ];
   }
   if (first === "supply") return ["Flow of the pump", "the pressure is what results"];
   if (first !== "states") return own;
@@ -70,7 +114,8 @@ function words(key) {
   return third ? [`State ${second}: ${own[0]}`, own[1]] : [`State ${second}`, "its force, positive toward the wall"];
 }
 
-/** A valve in the place of a clocked load: it pulls and pushes as hard, and its ports are a tenth of the bar apart. */
+/** A valve in the place of a clocked load: it pulls and pushes as hard, and its ports are a tenth of the bar apart.
+ * @param {Load} load @param {boolean} si @param {Record<string, any> | null} info @returns {Load} */
 export function valveLoad(load, si, info) {
   const [mean, amplitude] = meanAndAmplitude(load, info?.system?.load_factor ?? 0.4);
   const unit = si ? unitOf(load) || "N" : "";
@@ -86,13 +131,18 @@ export function valveLoad(load, si, info) {
   };
 }
 
-/** A clocked load in the place of a valve: between its least and its greatest force, at the rate at which it runs. */
+/** A clocked load in the place of a valve: between its least and its greatest force, at the rate at which it runs.
+ * @param {string} kind @param {boolean} si @param {Record<string, any> | null} answer */
 export function clockedLoad(kind, si, answer) {
   const machine = answer && (answer.units === "SI") === si ? answer : null; // it may be that of a moment ago
   const forces = machine?.forces ?? (si ? [-1000, 1000] : [-1, 1]);
   const [most, least] = [Math.max(...forces), Math.min(...forces)];
   const unit = si ? "N" : "";
   const rate = machine?.answer.si?.blow_rate_Hz ?? 10;
-  const load = { kind: "harmonic", mean: joined((most + least) / 2, unit), amplitude: joined((most - least) / 2, unit) };
+  const load = {
+    kind: "harmonic",
+    mean: joined((most + least) / 2, unit),
+    amplitude: joined((most - least) / 2, unit),
+  };
   return otherLoad({ ...load, ...(si && { frequency: `${plainNumber(rate)} Hz` }) }, kind, si, 0);
 }
