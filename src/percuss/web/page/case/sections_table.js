@@ -5,6 +5,7 @@
 import { button, h, segments, table } from "../core/dom.js";
 import { idOf, input, problemOf } from "./form_fields.js";
 import { plainNumber, quantity } from "../core/format.js";
+import { flush } from "../core/signals.js";
 import { typed } from "./fields.js";
 import { data, setKey, setTables } from "../core/state.js";
 
@@ -244,6 +245,7 @@ function materials(key, told) {
 
 /** The first of these that can be used has the focus: nobody at the keyboard loses their place. @param {string[]} ids */
 function focusFirst(...ids) {
+  flush(); // the rows are made anew
   const found = ids.map((id) => /** @type {HTMLButtonElement | null} */ (document.getElementById(id)));
   found.find((control) => control && !control.disabled)?.focus();
 }
