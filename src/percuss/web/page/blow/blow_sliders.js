@@ -57,13 +57,16 @@ const FROM_0 = [
   [/\.attenuation$/, 0.02],
 ];
 
+/** @type {Record<string, number>} */
+const PREFIXES = { k: 1e-3, M: 1e-6 };
+
 /** [least, greatest, step] of a slider that begins at a quantity: round numbers. @param {string} key @param {number} value
  * @param {string} unit */
 function rangeFor(key, value, unit) {
   if (key === "rock.unloading_ratio") return [0.05, 1, 0.01];
   const [, most] = FROM_0.find(([pattern]) => pattern.test(key)) ?? [];
   if (most === undefined) return [0.25, 2, 0.005].map((part) => part * value);
-  const top = 2 * value || most * /** @type {Record<string, number>} */ ({ k: 1e-3, M: 1e-6 }[unit[0]] ?? 1);
+  const top = 2 * value || most * (PREFIXES[unit[0]] ?? 1);
   return [0, top, top / 400];
 }
 

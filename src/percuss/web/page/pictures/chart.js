@@ -101,7 +101,7 @@ export class Chart {
     if (this.above) this.over(...this.above);
   }
 
-  /** Points drawn over the picture as it stands, many times a second. */
+  /** Points drawn over the picture as it stands, many times a second. @param {any[]} points @param {number | null} [line] */
   over(points, line = null) {
     const { canvas, frame } = this;
     this.above = [points, line]; // for a later repaint of the same picture
