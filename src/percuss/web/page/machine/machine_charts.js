@@ -1,183 +1,216 @@
+// @ts-check
 // A machine over its cycle: position, force and velocity with a running mark; its work as a loop; energy and rate over
 // the pressure with the present point.
 
-import { Chart, span } from "../pictures/chart.js";
-import { theme } from "../pictures/colours.js";
 import { h } from "../core/dom.js";
 import { inUnit, number, scaleOf, si } from "../core/format.js";
+import { placeIn, valueIn } from "../core/rising.js";
+import { Chart, span } from "../pictures/chart.js";
+import { theme } from "../pictures/colours.js";
 
+/** A machine as the server tells it: its answer, and its motion as arrays. @typedef {Record<string, any>} Machine */
+/** @typedef {import("../motion/player.js").Unit} Unit */
+/** Factors and units in which a machine is told.
+ * @typedef {{ time: Unit, length: Unit, force: Unit, speed: Unit, energy: Unit, rate: Unit }} Units */
+
+/** @type {Record<string, Chart>} */
 const charts = {};
-let curve = null; // the latest over the pressure: {more, changed, push, bar, body, factors, energy, rate}
+/** The latest over the pressure; null before there is one. @type {any} */
+let curve;
+
+const TITLES = {
+  position: "Centre of the piston over time",
+  force: "Force on the piston, positive toward the wall",
+  velocity: "Velocity, positive toward the wall",
+  loop: "Force over position: the loop is the work of a cycle",
+  energy: "Blow energy over the pressure",
+  rate: "Blow rate over the pressure",
+};
 
 export function machineCharts() {
-  charts.position = new Chart("Centre of the piston over time");
-  charts.force = new Chart("Force on the piston, positive toward the wall");
-  charts.velocity = new Chart("Velocity, positive toward the wall");
-  charts.loop = new Chart("Force over position: the loop is the work of a cycle");
-  charts.energy = new Chart("Blow energy over the pressure");
-  charts.rate = new Chart("Blow rate over the pressure");
+  for (const [name, title] of Object.entries(TITLES)) charts[name] = new Chart(title);
   const figures = ["energy", "rate", "force", "velocity"].map((name) => charts[name].figure);
-  return { strip: charts.position.figure, why: charts.loop.figure, rest: h("div", { class: "grid", id: "machine-charts" }, figures) };
+  const rest = h("div", { class: "grid", id: "machine-charts" }, figures);
+  return { strip: charts.position.figure, why: charts.loop.figure, rest };
 }
 
-/** Factors and units in which a machine is told. */
+/** @param {Machine} machine @returns {Units} */
 export function machineUnits({ units, arrays, forces, answer, scales }) {
   const plain = { k: 1, name: "" };
   if (units !== "SI") return { time: plain, length: plain, force: plain, speed: plain, energy: plain, rate: plain };
-  const scaled = (size, unit) => {
-    const { factor, unit: name } = scaleOf(size, unit);
-    return { k: factor, name };
+  const sized = (/** @type {number} */ size, /** @type {string} */ unit) => {
+    const { factor: k, unit: name } = scaleOf(size, unit);
+    return { k, name };
   };
   const stroke = (answer.stroke ?? 0) * scales.length_m;
   return {
-    time: scaled(Math.min((answer.period ?? 0) * scales.time_s, 0.9), "s"),
-    length: scaled(Math.min(stroke || 1e-3, 0.9), "m"),
-    force: scaled(Math.max(...(arrays.force ?? forces).map(Math.abs)), "N"),
+    time: sized(Math.min((answer.period ?? 0) * scales.time_s, 0.9), "s"),
+    length: sized(Math.min(stroke || 1e-3, 0.9), "m"),
+    force: sized(Math.max(...(arrays.force ?? forces).map(Math.abs)), "N"),
     speed: { k: 1, name: "m/s" },
-    energy: scaled(answer.si?.blow_energy_J ?? 1, "J"),
+    energy: sized(answer.si?.blow_energy_J ?? 1, "J"),
     rate: { k: 60, name: "1/min" },
   };
 }
 
-export function drawMachine(motion, units) {
-  const { arrays } = motion;
+/** @param {Machine} motion @param {Units} units */
+export function drawMachine(motion, { time, length, force, speed }) {
+  const { arrays, started } = motion;
   if (!arrays.t) return;
   const { kinds } = theme();
-  const t = scaled(arrays.t, units.time.k);
-  const x = { label: inUnit(motion.started ? "time after the start" : "time after the blow", units.time.name), from: 0, to: t.at(-1) };
-  position(motion, units, x, t);
-  const force = scaled(arrays.force, units.force.k);
-  over(charts.force, x, "force", units.force.name, t, force, kinds[0]);
-  const speed = scaled(arrays.velocity, units.speed.k);
-  over(charts.velocity, x, "velocity", units.speed.name, scaled(arrays.velocity_t, units.time.k), speed, kinds[1]);
-  loop(motion, units, force);
-}
-
-const scaled = (values, factor) => Array.from(values, (value) => value * factor);
-const zero = () => ({ type: "level", at: 0, colour: theme().ink });
-
-function over(chart, x, what, unit, times, values, colour) {
-  const [from, to] = span([values, [0]]);
-  chart.draw({ x, y: { label: inUnit(what, unit), from, to }, items: [zero(), { type: "line", x: times, y: values, colour }] });
-}
-
-function position(motion, { length, time }, x, t) {
-  const { arrays, answer, scales } = motion;
-  const { kinds, ink, surface } = theme();
-  const place = scaled(arrays.centre, length.k);
-  const [meters, seconds] = [scales?.length_m ?? 1, scales?.time_s ?? 1];
-  const low = 1.15 * Math.min(...place);
-  const items = [{ type: "level", at: 0, colour: ink, name: "tool or wall" }];
-  answer.machine.ports.forEach((port, i) => {
-    if (port.behind === null) return;
-    const at = -port.behind * meters * length.k;
-    if (at < low) return; // it is never reached
-    items.push({ type: "level", at, colour: kinds[3], dash: [6, 4], name: "ports" });
-    items.push({ type: "label", x: 0.62 * x.to, y: at, text: `port ${i + 1} → ${port.to}`, colour: kinds[3], dy: at > 0.1 * low ? 14 : -6 });
-  });
-  items.push({ type: "line", x: t, y: place, colour: kinds[0], name: "centre" });
-  const mark = (times, shape, colour, name) => {
-    const xs = times.map((at) => at * seconds * time.k);
-    const ys = times.map((at) => at_(arrays, at * seconds) * length.k);
-    items.push({ type: "points", x: xs, y: ys, shape, colour, size: 5, name });
+  const [t, place, forces, speeds] = [
+    scaled(arrays.t, time.k),
+    scaled(arrays.centre, length.k),
+    scaled(arrays.force, force.k),
+    scaled(arrays.velocity, speed.k),
+  ];
+  const x = {
+    label: inUnit(started ? "time after the start" : "time after the blow", time.name),
+    from: 0,
+    to: t[t.length - 1],
   };
-  mark(answer.ports.map((one) => one.time), "ring", kinds[3], "port passed");
-  mark(answer.valve.map((one) => one.time), "diamond", kinds[1], "valve switches");
-  mark(answer.blows.map((one) => one.time), "disc", kinds[4] ?? surface, "blow");
-  const about = `Position over the cycle: a stroke of ${told(motion, answer.stroke * meters, "m")}`;
-  charts.position.draw({ x, y: { label: inUnit("position", length.name), from: low, to: -0.12 * low || 1 }, items, about });
+  const low = Math.min(...place);
+  position(motion, { time, length }, x, { type: "line", x: t, y: place, colour: kinds[0], name: "centre" }, 1.15 * low);
+  over(charts.force, x, inUnit("force", force.name), { x: t, y: forces, colour: kinds[0] });
+  over(charts.velocity, x, inUnit("velocity", speed.name), {
+    x: scaled(arrays.velocity_t, time.k),
+    y: speeds,
+    colour: kinds[1],
+  });
+  const along = { label: inUnit("position", length.name), from: 1.06 * low, to: -0.06 * low || 1 };
+  over(charts.loop, along, inUnit("force", force.name), { x: place, y: forces, colour: kinds[0] });
 }
 
-const told = ({ units }, value, unit) => (units === "SI" ? si(value, unit, 3) : number(value, 3));
+/** @param {ArrayLike<number>} values @param {number} factor */
+const scaled = (values, factor) => Array.from(values, (value) => value * factor);
 
-/** The position of the centre at a time, between its neighbours. */
-function at_({ t, centre }, time) {
-  const after = t.findIndex((one) => one >= time);
-  const j = after < 0 ? t.length - 1 : Math.max(after, 1);
-  const gap = t[j] - t[j - 1];
-  return centre[j - 1] + (gap > 0 ? ((time - t[j - 1]) / gap) * (centre[j] - centre[j - 1]) : 0);
+/** A line over an axis, and the level 0. @param {Chart} chart @param {any} x @param {string} label
+ * @param {{ x: number[], y: number[], colour: string }} line */
+function over(chart, x, label, line) {
+  const [from, to] = span([line.y, [0]]);
+  const items = [
+    { type: "level", at: 0, colour: theme().ink },
+    { type: "line", ...line },
+  ];
+  chart.draw({ x, y: { label, from, to }, items });
 }
 
-function loop(motion, { length, force }, values) {
-  const { kinds } = theme();
-  const place = scaled(motion.arrays.centre, length.k);
-  const [from, to] = span([values, [0]]);
-  const items = [zero(), { type: "line", x: place, y: values, colour: kinds[0] }];
-  const x = { label: inUnit("position", length.name), from: 1.06 * Math.min(...place), to: -0.06 * Math.min(...place) || 1 };
-  charts.loop.draw({ x, y: { label: inUnit("force", force.name), from, to }, items });
+/** @param {Machine} motion @param {{ time: Unit, length: Unit }} units @param {any} x @param {any} line
+ * @param {number} low where the plane ends */
+function position(motion, { length, time }, x, line, low) {
+  const { arrays, answer, scales, units } = motion;
+  const { kinds, ink, surface } = theme();
+  const [meters, seconds] = [scales?.length_m ?? 1, scales?.time_s ?? 1];
+  const ports = answer.machine.ports.flatMap((/** @type {any} */ { behind, to }, /** @type {number} */ i) => {
+    const at = -behind * meters * length.k;
+    if (behind === null || at < low) return []; // it is never reached
+    const label = { type: "label", x: 0.62 * x.to, y: at, text: `port ${i + 1} → ${to}`, dy: at > 0.1 * low ? 14 : -6 };
+    return [
+      { type: "level", at, colour: kinds[3], dash: [6, 4], name: "ports" },
+      { ...label, colour: kinds[3] },
+    ];
+  });
+  const marks = (/** @type {{ time: number }[]} */ events, /** @type {Record<string, any>} */ look) => {
+    const times = events.map((one) => one.time * seconds);
+    const y = times.map((at) => valueIn(arrays.centre, placeIn(arrays.t, at)) * length.k);
+    return { type: "points", x: scaled(times, time.k), y, size: 5, ...look };
+  };
+  const stroke = answer.stroke * meters;
+  charts.position.draw({
+    x,
+    y: { label: inUnit("position", length.name), from: low, to: -0.12 * low || 1 },
+    items: [
+      { type: "level", at: 0, colour: ink, name: "tool or wall" },
+      ...ports,
+      line,
+      marks(answer.ports, { shape: "ring", colour: kinds[3], name: "port passed" }),
+      marks(answer.valve, { shape: "diamond", colour: kinds[1], name: "valve switches" }),
+      marks(answer.blows, { shape: "disc", colour: kinds[4] ?? surface, name: "blow" }),
+    ],
+    about: `Position over the cycle: a stroke of ${units === "SI" ? si(stroke, "m", 3) : number(stroke, 3)}`,
+  });
 }
 
-/** Keep the curve of an answer that has one, and the pressure that it belongs to. */
+/** Keep the curve of an answer that has one, and the pressure that it belongs to. @param {Machine} motion */
 export function keepCurve(motion) {
   const { more } = motion;
   if (!more || curve?.more === more) return;
-  const { pressure_curve: rows } = more;
-  curve = null;
-  if (!rows.length) return;
-  const { energy, rate } = atPresent(more, more.si);
-  const values = (key, base) => rows.map((row) => (row[key] === null ? null : base * (1 + row[key])));
-  curve = {
+  /** @type {Record<string, number | null>[]} */
+  const rows = more.pressure_curve;
+  const base = atPresent(more, more.si);
+  const values = (/** @type {"energy" | "rate"} */ key) =>
+    rows.map(({ [key]: change }) => (change === null ? null : (base[key] ?? NaN) * (1 + change)));
+  curve = rows.length && {
     more,
     changed: motion.changed,
     push: pushOf(motion),
-    bar: motion.pressure_Pa ? motion.pressure_Pa / 1e5 : null,
+    bar: barOf(motion),
     body: bodyOf(more.modes),
     factors: rows.map((row) => row.pressure),
-    energy: values("energy", energy),
-    rate: values("rate", rate),
+    energy: values("energy"),
+    rate: values("rate"),
   };
 }
 
-/** The greatest force of the valve, which grows with the pressure. */
-const pushOf = ({ answer }) => Math.max(...Object.values(answer.machine.states).map(Math.abs));
+/** The greatest force of the valve, which grows with the pressure. @param {Machine} machine */
+const pushOf = ({ answer }) =>
+  Math.max(.../** @type {number[]} */ (Object.values(answer.machine.states)).map((force) => Math.abs(force)));
 
-const bodyOf = (modes) => (modes ? `${modes} elastic modes` : "rigid piston");
+/** The pressure of the supply; null where there is none. @param {Machine} machine @returns {number | null} */
+const barOf = ({ pressure_Pa: pressure }) => (pressure ? pressure / 1e5 : null);
 
-/** Energy and rate of a cycle, in SI where it has figures in SI; null where there is none. */
+const bodyOf = (/** @type {number} */ modes) => (modes ? `${modes} elastic modes` : "rigid piston");
+
+/** Energy and rate of a cycle, in SI where it has figures in SI; null where there is none. @param {any} cycle
+ * @param {any} figures @returns {{ energy: number | null, rate: number | null }} */
 function atPresent(cycle, figures) {
   if (!cycle?.blows.length) return { energy: null, rate: null };
-  const energy = figures?.blow_energy_J ?? Math.max(...cycle.blows.map((blow) => blow.energy));
-  return { energy, rate: figures?.blow_rate_Hz ?? cycle.blows.length / cycle.period };
+  const most = Math.max(...cycle.blows.map((/** @type {any} */ { energy }) => energy));
+  return {
+    energy: figures?.blow_energy_J ?? most,
+    rate: figures?.blow_rate_Hz ?? cycle.blows.length / cycle.period,
+  };
 }
 
 /** Energy and rate over the pressure, the present point, and that of a rigid piston beside it once the elastic one is
- * known; the curve may be that of a moment ago. */
+ * known; the curve may be that of a moment ago. @param {Machine} motion @param {Units} units */
 export function drawCurve(motion, units) {
   const { kinds, ink, muted } = theme();
-  const now = motion.runs ? atPresent(motion.answer, motion.answer.si) : {};
-  const rigid = motion.modes ? atPresent(motion.more?.rigid, motion.more?.rigid_si) : {};
-  const bar = motion.pressure_Pa ? motion.pressure_Pa / 1e5 : null;
-  const factor = curve ? pushOf(motion) / curve.push : 1;
-  const here = bar ?? factor;
-  const fresh = curve?.changed === motion.changed;
+  const { modes, more, runs, answer, changed } = motion;
+  const now = runs ? atPresent(answer, answer.si) : null;
+  const rigid = modes ? atPresent(more?.rigid, more?.rigid_si) : null;
+  const bar = barOf(motion);
+  const here = bar ?? (curve ? pushOf(motion) / curve.push : 1);
   const per = bar ? (curve?.bar ?? bar) : 1;
+  const fresh = curve?.changed === changed;
+  const look = fresh ? { dash: [] } : { dash: [5, 4], colour: muted };
   const x = {
     label: bar ? "pressure of the supply [bar]" : "forces of the valve, relative",
     from: Math.min(0.5 * per, 0.95 * here),
     to: Math.max(1.5 * per, 1.05 * here),
   };
-  for (const [chart, key, unit, words] of [
-    [charts.energy, "energy", units.energy, "blow energy"],
-    [charts.rate, "rate", units.rate, "blow rate"],
-  ]) {
-    const ys = (curve?.[key] ?? []).map((one) => (one === null ? null : one * unit.k));
+  const draw = (/** @type {"energy" | "rate"} */ key, /** @type {string} */ colour) => {
+    const { k, name: unit } = units[key];
     const points = [
-      [rigid[key], "ring", 10, "now, rigid piston"],
-      [now[key], "diamond", 7, `now, ${bodyOf(motion.modes)}`],
-    ].filter(([value]) => Number.isFinite(value));
-    const items = points.map(([value, shape, size, name]) => ({ type: "points", x: [here], y: [value * unit.k], shape, size, colour: ink, name }));
-    const [, to] = span([ys, points.map(([value]) => value * unit.k), [0]], 0.08);
-    if (curve) {
-      const name = `${curve.body}${fresh ? "" : ", of a moment ago"}`;
-      items.unshift({ type: "line", x: curve.factors.map((one) => one * per), y: ys, colour: fresh ? kinds[key === "rate" ? 0 : 4] : muted, dash: fresh ? [] : [5, 4], name });
-    }
-    chart.draw({ x, y: { label: inUnit(words, unit.name), from: 0, to }, items, about: `${words} over the pressure: ${items.map(({ name }) => name).join(", ")}` });
-  }
+      { value: rigid?.[key], shape: "ring", size: 10, name: "now, rigid piston" },
+      { value: now?.[key], shape: "diamond", size: 7, name: `now, ${bodyOf(modes)}` },
+    ].flatMap(({ value, ...point }) =>
+      Number.isFinite(value) ? [{ type: "points", x: [here], y: [Number(value) * k], colour: ink, ...point }] : [],
+    );
+    const ys = (curve?.[key] ?? []).map((/** @type {number | null} */ one) => (one === null ? null : one * k));
+    const name = `${curve?.body}${fresh ? "" : ", of a moment ago"}`;
+    const xs = curve && scaled(curve.factors, per);
+    const items = [...(curve ? [{ type: "line", x: xs, y: ys, colour, ...look, name }] : []), ...points];
+    const [, to] = span([ys, ...points.map(({ y }) => y), [0]], 0.08);
+    const about = `blow ${key} over the pressure: ${items.map((item) => item.name).join(", ")}`;
+    charts[key].draw({ x, y: { label: inUnit(`blow ${key}`, unit), from: 0, to }, items, about });
+  };
+  draw("energy", kinds[4]);
+  draw("rate", kinds[0]);
 }
 
-/** The present moment on the charts. */
-export function followMachine(motion, units, time) {
-  if (!motion.arrays.t) return;
-  const at = time * units.time.k;
-  for (const name of ["position", "force", "velocity"]) charts[name].over([], at);
+/** The present moment on the charts. @param {Machine} motion @param {Units} units @param {number} time */
+export function followMachine({ arrays }, units, time) {
+  if (!arrays.t) return;
+  for (const name of ["position", "force", "velocity"]) charts[name].over([], time * units.time.k);
 }

@@ -1,79 +1,95 @@
+// @ts-check
 // The machine that switches itself: piston, ports and valve in slow motion, its cycle as curves, energy and rate over the
 // pressure; or what keeps it from running.
 
 import { saidOf } from "../core/api.js";
-import { facts, framed, h, put } from "../core/dom.js";
+import { facts, framed, h, movesByItself, put, table } from "../core/dom.js";
 import { number, percent, si, withUnit } from "../core/format.js";
-import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machineUnits } from "./machine_charts.js";
-import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, toggleMachine } from "./machine_player.js";
-import { machineSource, fromStart, startUp } from "./machine_start.js";
-import { MachineStage } from "./machine_stage.js";
-import { forgetBlows, tellBlow } from "../map/blows_inset.js";
-import { onCycle } from "../motion/settled.js";
-import { Strip } from "../motion/strip.js";
-import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
 import { tr } from "../core/words.js";
+import { forgetBlows, tellBlow } from "../map/blows_inset.js";
+import { paceOf, Player } from "../motion/player.js";
+import { onCycle } from "../motion/settled.js";
+import { heardAs } from "../motion/sound.js";
+import { Strip } from "../motion/strip.js";
+import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machineUnits } from "./machine_charts.js";
+import { MachineStage } from "./machine_stage.js";
+import { fromStart, machineSource, startUp } from "./machine_start.js";
+
+/** @typedef {import("./machine_charts.js").Machine} Machine */
 
 const DRAWN =
   "The arrow is the force, and the tint is on the side that pushes. A thick line: the port is uncovered by the mark on the piston. The spool travels while an order waits for its delay.";
 
+const USUAL = 1.2; // seconds that a cycle takes at first
+const LONGEST = 60;
+
+/** `drawn`: the motion on the stage, which may be a start-up; `curve`: the machine of the curves over the pressure.
+ * @type {Record<string, any>} */
 const parts = { drawn: null };
+/** @type {MachineStage & { canvas: HTMLCanvasElement }} */
+let stage;
+/** @type {Player} */
+let player;
 
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMachine() {
   const canvas = h("canvas", { id: "machine-stage", role: "img", "aria-label": "Piston, ports and valve" });
-  parts.stage = new MachineStage(canvas, { ticked, struck });
+  stage = /** @type {any} */ (new MachineStage(canvas, { ticked, struck }));
+  player = new Player(stage, { id: "machine-", about: "Time in the cycle", slow: "machineSlow", paced: pace });
   parts.sentence = h("p", { id: "machine-sentence", role: "status" });
   parts.obstacle = h("div", { id: "machine-obstacle", role: "alert" });
   parts.scale = h("p", { class: "small muted", id: "machine-scale" });
   parts.facts = h("div", { class: "card", id: "machine-facts" });
   const { strip, why, rest } = machineCharts();
-  const line = machinePlayer(parts.stage);
   parts.strip = new Strip("machine-strip", strip);
   parts.moving = [parts.scale, why, rest, parts.facts];
   const { picks, form } = machineSource(() => (want(), words()));
   const told = unhurried(words);
-  on("machine", () => (keep(), want(), told()));
+  on("machine", () => {
+    if (data.machine) keepCurve(data.machine); // whether the panel is in sight or not
+    want();
+    told();
+  });
   on("tables problems", want);
   on("view info", () => (want(), words()));
   on("theme", () => ((parts.drawn = null), want()));
-  document.addEventListener("visibilitychange", () => document.hidden && pauseMachine());
+  document.addEventListener("visibilitychange", () => document.hidden && player.stop());
+  const choice = h("div", { class: "row middle" }, picks);
+  const details = [choice, form, parts.sentence, parts.scale, rest, parts.facts];
   return {
-    stage: [h("div", { class: "stage", id: "machine-in-sight" }, canvas, parts.obstacle), line],
+    stage: [h("div", { class: "stage", id: "machine-in-sight" }, canvas, parts.obstacle), player.rows()],
     strip: [strip, parts.strip.figure],
     why,
-    toggle: toggleMachine,
-    details: h("div", { class: "stack", id: "machine-details" }, h("div", { class: "row middle" }, picks), form, parts.sentence, parts.scale, rest, parts.facts),
+    toggle: () => player.toggle(),
+    details: h("div", { class: "stack", id: "machine-details" }, details),
   };
 }
 
-/** The curve over the pressure is kept whether the panel is in sight or not. */
-const keep = () => data.machine && keepCurve(data.machine);
-
-const shownNow = () => switchesItself() && view.panel !== "blow";
+const inSight = () => switchesItself() && view.panel !== "blow";
 
 function want() {
-  if (!shownNow()) return pauseMachine();
-  const motion = data.machine;
-  if (!motion) {
-    pauseMachine();
-    const lines = data.problems.map(saidOf);
-    return put(parts.obstacle, lines.map((line) => h("p", { class: "note bad" }, line)));
-  }
+  const machine = data.machine;
+  if (!inSight() || !machine) player.stop();
+  if (!inSight()) return;
+  if (!machine)
+    return void put(
+      parts.obstacle,
+      data.problems.map((/** @type {any} */ one) => h("p", { class: "note bad" }, saidOf(one))),
+    );
   const started = startUp();
   if (fromStart() && !started) return;
-  const shown = started ?? motion;
+  const shown = started ?? machine;
   for (const part of parts.moving) part.hidden = !shown.arrays.t;
-  if (parts.drawn === shown && parts.curve === motion && parts.sections === data.info) return;
   const same = parts.drawn === shown && parts.sections === data.info;
-  Object.assign(parts, { drawn: shown, curve: motion, sections: data.info });
-  drawCurve(motion, machineUnits(motion));
+  if (same && parts.curve === machine) return;
+  Object.assign(parts, { drawn: shown, curve: machine, sections: data.info });
+  drawCurve(machine, machineUnits(machine));
   if (!same) draw(shown);
 }
 
+/** @param {Machine} motion */
 function draw(motion) {
-  const { stage } = parts;
   parts.units = machineUnits(motion);
   const sections = data.info?.tables?.load?.kind === "valve" ? data.info.bar?.sections : null;
   if (motion.started || !motion.motion) stage.show(motion, sections);
@@ -94,138 +110,152 @@ function draw(motion) {
   }
   put(parts.scale, `${stage.magnified()} ${DRAWN}`);
   drawMachine(motion, parts.units);
-  machinePace();
+  pace();
   mark(stage.time);
   const { canvas } = stage;
   canvas.setAttribute("aria-label", tr(`Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`));
-  Object.assign(canvas.dataset, {
-    change: String(motion.changed),
-    modes: String(motion.modes),
-    whole: String(Boolean(motion.more)),
-    label: motion.label ?? "",
-  });
-  if (!motion.arrays.t && !stage.live) return pauseMachine();
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) beginMachine();
+  const { changed, modes, label } = motion;
+  Object.assign(canvas.dataset, { change: String(changed), modes: String(modes), label: label ?? "" });
+  if (!motion.arrays.t && !stage.live) return player.stop();
+  if (movesByItself()) player.begin();
 }
 
-const mark = (time) => {
+/** How fast the cycle is shown, as the view has it; dimensionless, real time is a second a cycle. */
+function pace() {
+  const { motion, period } = stage;
+  if (!motion) return;
+  const one = (stage.length || period) / (motion.cycles ?? 1); // of the blows from a start each counts as a cycle
+  const real = motion.scales ? one : 1;
+  const { share, seconds } = paceOf(view.machineSlow, { real, usual: USUAL, longest: Math.max(LONGEST, 2 * real) });
+  stage.rate = one / seconds;
+  const slower = seconds / real < 1.01 ? "real time" : `1/${number(seconds / real, 2)} speed`;
+  player.tellPace(share, motion.scales ? slower : `${number(seconds, 2)} s a cycle`);
+}
+
+/** The present moment, on the player, the strip, and the curves of the cycle. @param {number} time */
+function mark(time) {
   if (!parts.units) return;
-  machineMoment(time, parts.units);
-  parts.strip.follow(parts.stage, stripOf());
-  if (parts.stage.exact) followMachine(parts.drawn, parts.units, time);
-};
-
-/** How the strip tells what the stage has shown, with the ports. */
-function stripOf() {
   const { scales, answer, motion } = parts.drawn;
-  const levels = answer.machine.ports.filter(({ behind }) => behind !== null).map(({ behind }) => ({ at: behind }));
-  return { shown: !fromStart() && Boolean(motion), length: scales?.length_m, period: parts.stage.period, name: "cycles ago", levels };
+  player.tellMoment(time, parts.units);
+  parts.strip.follow(stage, {
+    shown: !fromStart() && Boolean(motion),
+    length: scales?.length_m,
+    period: stage.period,
+    name: "cycles ago",
+    levels: answer.machine.ports.flatMap((/** @type {any} */ { behind }) => (behind === null ? [] : [{ at: behind }])),
+  });
+  if (stage.exact) followMachine(parts.drawn, parts.units, time);
 }
 
-const cursor = (time) => shownNow() && mark(time);
-const shown = framed(cursor);
+const cursor = (/** @type {number} */ time) => inSight() && mark(time);
+const cursorLater = framed(cursor);
 
+/** @param {number} time */
 function ticked(time) {
-  parts.stage.sounds(data.info?.bar?.first_mode_Hz, data.machine?.scales?.energy_J);
-  (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
+  stage.sounds(data.info?.bar?.first_mode_Hz, data.machine?.scales?.energy_J);
+  (stage.playing ? cursor : cursorLater)(time); // within a frame of its own while it plays
 }
 
 let last = 0; // the moment of the blow before
 
-/** A blow, in the inset by the time since the one before, half a turn for a whole cycle, and its speed. */
-function struck({ speed }) {
-  const { stage } = parts;
+/** A blow, in the inset by the time since the one before, half a turn for a whole cycle, and its speed.
+ * @param {{ speed?: number }} blow */
+function struck({ speed = data.machine?.answer.blows[0]?.speed }) {
   const since = stage.now - last;
   last = stage.now;
-  const own = speed ?? data.machine?.answer.blows[0]?.speed;
-  if (own && stage.period) tellBlow({ phase: Math.min(since / stage.period, 1.9) * Math.PI, speed: own });
-  const { dataset } = parts.stage.canvas;
+  if (speed && stage.period) tellBlow({ phase: Math.min(since / stage.period, 1.9) * Math.PI, speed });
+  const { dataset } = stage.canvas;
   dataset.blows = String(Number(dataset.blows ?? 0) + 1);
 }
 
 /* words */
 
 function words() {
-  const motion = data.machine;
-  if (!shownNow() || !switchesItself() || !motion) return;
-  const { answer, runs, modes, more } = motion;
+  const machine = data.machine;
+  if (!inSight() || !machine) return;
+  const { answer, runs, modes, more, scales } = machine;
   const body = modes ? `with ${modes} elastic modes` : "with a rigid piston; elastic modes follow when nothing moves";
-  const waits = more ? "" : "Margins, what changes it and the curves over the pressure take some seconds.";
+  const waits = runs && !more ? "Margins, what changes it and the curves over the pressure take some seconds." : "";
+  const said = machine.sentence ?? "The machine runs with one blow a cycle.";
   const started = startUp();
-  put(parts.sentence, started ? `${started.sentence} ` : "", `${motion.sentence ?? "The machine runs with one blow a cycle."} Computed ${body}. ${runs ? waits : ""}`);
-  put(parts.obstacle, runs ? notes(more ?? answer) : obstacle(motion));
-  put(parts.facts, answer.period ? [figures(motion), more && margins(more, motion.scales), more && changes(more)] : null);
+  put(parts.sentence, started ? `${started.sentence} ` : "", `${said} Computed ${body}. ${waits}`);
+  const remedy = answer.failed_condition?.remedy;
+  const needed = remedy && h("p", { class: "note bad" }, h("strong", {}, "What would be needed: "), `${remedy}.`);
+  put(parts.obstacle, runs ? notes(more ?? answer) : needed);
+  const rest = more && [margins(more.margins, scales), changes(more)];
+  put(parts.facts, answer.period ? [h("h2", {}, "The cycle"), facts(figures(machine)), rest] : null);
 }
 
-const notes = ({ warnings = [] }) => warnings.map((text) => h("p", { class: "note warn" }, `${text[0].toUpperCase()}${text.slice(1)}.`));
+/** @param {{ warnings?: string[] }} answer */
+const notes = ({ warnings = [] }) =>
+  warnings.map((text) => h("p", { class: "note warn" }, `${text[0].toUpperCase()}${text.slice(1)}.`));
 
-/** What keeps it from running, and what would be needed. */
-function obstacle({ answer }) {
-  const { failed_condition: failed } = answer;
-  if (!failed) return null;
-  const { remedy } = failed;
-  return h("p", { class: "note bad" }, h("strong", {}, `What would be needed: `), `${remedy}.`);
-}
-
+/** @param {Machine} machine */
 function figures({ answer, scales }) {
-  const { si: own, period, stroke, duty, work_per_cycle: work } = answer;
-  const plain = (value) => number(value);
+  const { si: own, period, stroke, duty, work_per_cycle: work, multipliers } = answer;
+  const oil = own?.oil_flow_l_per_min;
   const rows = own
     ? [
         ["blow energy", si(own.blow_energy_J, "J")],
         ["striking speed", withUnit(own.impact_velocity_m_s, "m/s")],
         ["blow rate", `${withUnit(own.blow_rate_Hz, "Hz")}, ${withUnit(own.blow_rate_per_min, "1/min")}`],
         ["stroke", si(own.stroke_m, "m")],
-        ["oil", own.oil_flow_l_per_min === null ? "give the pressure of the supply" : `${withUnit(own.oil_flow_l_per_min, "l/min")}, ${withUnit(own.oil_per_cycle_cm3, "cm³")} a cycle`],
+        [
+          "oil",
+          oil === null
+            ? "give the pressure of the supply"
+            : `${withUnit(oil, "l/min")}, ${withUnit(own.oil_per_cycle_cm3, "cm³")} a cycle`,
+        ],
         ["power in, delivered", `${withUnit(own.input_power_kW, "kW")}, ${withUnit(own.delivered_power_kW, "kW")}`],
         ["of the energy of a blow", "the rebound brings a part back, which is in neither power"],
       ]
     : [
-        ["period", plain(period)],
-        ["stroke", plain(stroke)],
-        ["work a cycle", plain(work)],
+        ["period", number(period)],
+        ["stroke", number(stroke)],
+        ["work a cycle", number(work)],
       ];
   const frequency = scales && data.info?.bar ? data.info.bar.first_mode_Hz : null;
   return [
-    h("h2", {}, "The cycle"),
+    ...rows,
+    ["power stroke, share of the cycle", percent(duty)],
+    ["multiplier", number(Math.hypot(...(multipliers[0] ?? [0, 0])))],
+    ["heard", heardAs({ frequency, energy: own?.blow_energy_J, share: 1 })],
+  ];
+}
+
+/** @param {any} found @param {any} scales */
+function margins(found, scales) {
+  if (!found) return null;
+  const { return_time: falls, latest_return: latest, beyond, chamber_to_run: run, chamber_to_start: start } = found;
+  const from = (/** @type {number} */ value) => {
+    const time = scales ? si(Math.abs(value) * scales.time_s, "s") : number(Math.abs(value));
+    return value < 0 ? `${time} before the blow` : `${time} after it`;
+  };
+  const most = (/** @type {number} */ value) => `${number(value, 3)} times as much at most`;
+  return [
+    h("h3", {}, "Margins, of a rigid piston"),
     facts([
-      ...rows,
-      ["power stroke, share of the cycle", percent(duty)],
-      ["multiplier", number(Math.hypot(...(answer.multipliers[0] ?? [0, 0])))],
-      ["heard", heardAs({ frequency, energy: own?.blow_energy_J, share: 1 })],
+      ["the force falls", from(falls)],
+      ["at the latest", latest === null ? "no limit was met" : `${from(latest)}, then ${beyond}`],
+      run !== null && ["gas of the chamber, to run", most(run)],
+      start !== null && ["to start from rest", most(start)],
     ]),
   ];
 }
 
-function margins({ margins: found }, scales) {
-  if (!found) return null;
-  const time = (value) => (scales ? si(value * scales.time_s, "s") : number(value));
-  const from = (value) => (value < 0 ? `${time(-value)} before the blow` : `${time(value)} after it`);
-  const rows = [
-    ["the force falls", from(found.return_time)],
-    ["at the latest", found.latest_return === null ? "no limit was met" : `${from(found.latest_return)}, then ${found.beyond}`],
-    found.chamber_to_run !== null && ["gas of the chamber, to run", `${number(found.chamber_to_run, 3)} times as much at most`],
-    found.chamber_to_start !== null && ["to start from rest", `${number(found.chamber_to_start, 3)} times as much at most`],
-  ].filter(Boolean);
-  return [h("h3", {}, "Margins, of a rigid piston"), facts(rows)];
-}
-
+/** @param {any} more */
 function changes({ sensitivities, modes }) {
   if (!sensitivities.length) return null;
-  const told = (value) => (value === null ? "stops" : `${value < 0 ? "−" : "+"}${number(Math.abs(100 * value), 3)} %`);
-  const head = ["10 % more of", "blow energy", "blow rate"];
+  const told = (/** @type {number | null} */ value) =>
+    value === null ? "stops" : `${value < 0 ? "−" : "+"}${number(Math.abs(100 * value), 3)} %`;
+  const rows = sensitivities.map((/** @type {any} */ one) => [named(one.parameter), told(one.energy), told(one.rate)]);
   return [
     h("h3", {}, `What changes it, ${modes ? `with ${modes} elastic modes` : "of a rigid piston"}`),
-    h(
-      "table",
-      { id: "machine-changes" },
-      h("thead", {}, h("tr", {}, head.map((text) => h("th", { scope: "col" }, text)))),
-      h("tbody", {}, sensitivities.map((one) => h("tr", {}, [named(one.parameter), told(one.energy), told(one.rate)].map((text) => h("td", {}, text))))),
-    ),
+    table(["10 % more of", "blow energy", "blow rate"], rows, { id: "machine-changes" }),
   ];
 }
 
-/** "ports[0].behind" → "port 1: place". */
+/** "ports[0].behind" → "port 1: place". @param {string} parameter */
 function named(parameter) {
   const found = /^ports\[(\d+)\]\.(behind|speed|delay)$/.exec(parameter);
   return found ? `port ${Number(found[1]) + 1}: ${found[2] === "behind" ? "place" : found[2]}` : parameter;
