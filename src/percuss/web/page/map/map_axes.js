@@ -1,11 +1,18 @@
+// @ts-check
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
-import { $, $$, h, put } from "../core/dom.js";
+import { $, h, put } from "../core/dom.js";
 import { inUnit, number, plainNumber, withUnit } from "../core/format.js";
 import { isRange, rangeOf, rangeText } from "../core/moves.js";
+import { effect, whenever } from "../core/signals.js";
 import { data, isHeld, show, switchesItself, view } from "../core/state.js";
 import { read } from "../core/units.js";
 
+/** An axis, between its ends in its unit. @typedef {{ name: string, unit: string, from: number, to: number, whole: boolean }} Axis */
+/** @typedef {"x" | "y"} Which */
+/** What the colour may show: its name, what the server is asked for it, and how. @typedef {{ label: string, quantities: string[], body?: Record<string, any> }} Shown */
+
+/** @type {Record<string, Shown>} */
 const SHOWN = {
   verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
   reduced_margin: { label: "stability margin", quantities: ["reduced_margin"] },
@@ -20,11 +27,15 @@ const SHOWN = {
 };
 
 /** Those that need no rigid motion; a structure has no modes but elastic ones. */
-const ofStructure = ({ label, ...one }) => ({ ...one, label: label.replace(" with elastic modes", "") });
-const NEED_NO_RIGID = ["stable", "margin", "blow_energy", "impact_velocity", "label"];
-const OF_STRUCTURES = Object.fromEntries(NEED_NO_RIGID.map((name) => [name, ofStructure(SHOWN[name])]));
+const OF_STRUCTURES = Object.fromEntries(
+  ["stable", "margin", "blow_energy", "impact_velocity", "label"].map((name) => {
+    const { label, ...one } = SHOWN[name];
+    return [name, { ...one, label: label.replace(" with elastic modes", "") }];
+  }),
+);
 
-const rigid = (label, ...quantities) => ({ label, quantities, body: { modes: 0 } });
+/** @param {string} label @param {string} quantity @returns {Shown} */
+const rigid = (label, quantity) => ({ label, quantities: [quantity], body: { modes: 0 } });
 
 /** The same of machines that switch themselves: of rigid pistons, which are there at once. */
 const OF_MACHINES = {
@@ -45,13 +56,14 @@ function ofTool() {
   const { tool, rock, drilling } = data.tables;
   if (!tool || !rock) return {};
   const body = switchesItself() ? { modes: 0 } : {};
+  /** @type {Record<string, string>} */
   const found = { rock_share: "share into the rock", steel_tension: "tension in the tool" };
   if (drilling) found.rate_of_penetration = "rate of penetration";
   if (tool.joints?.length) found.joint_openings = "openings of joints";
   return Object.fromEntries(Object.entries(found).map(([name, label]) => [name, { label, quantities: [name], body }]));
 }
 
-/** What there is to show; the flow in SI is known of a machine whose supply has a pressure. */
+/** What there is to show; the flow in SI is known of a machine whose supply has a pressure. @returns {Record<string, Shown>} */
 function kinds() {
   if (isHeld()) return OF_STRUCTURES;
   if (!switchesItself()) return { ...SHOWN, ...ofTool() };
@@ -65,15 +77,16 @@ export const shown = () => kinds()[view.q] ?? Object.values(kinds())[0];
 /** Its name, where the view asks for one that there is not. */
 const shownName = () => (view.q in kinds() ? view.q : Object.keys(kinds())[0]);
 
-/** What the server knows of a parameter of the case. */
-export const parameter = (name) => data.info?.parameters.find((p) => p.name === name);
+/** What the server knows of a parameter of the case. @param {string} name */
+export const parameter = (name) => data.info?.parameters.find((/** @type {any} */ one) => one.name === name);
 
+/** @param {string} name */
 const title = (name) => parameter(name)?.label ?? name;
 
-/** A value of an axis in words: "bar length = 300 mm". */
+/** A value of an axis in words: "bar length = 300 mm". @param {Axis} axis @param {number} value */
 export const told = ({ name, unit }, value, digits = 4) => `${title(name)} = ${withUnit(value, unit, digits)}`;
 
-/** The axis "x" or "y": {name, unit, from, to, whole}. */
+/** An axis of the map. @param {Which} which @returns {Axis} */
 export function axis(which) {
   const known = parameter(view[which]) ?? usual(which);
   const [from, to] = rangeOf(view[`${which}r`], known.unit) ?? [known.low, known.high];
@@ -81,76 +94,101 @@ export function axis(which) {
 }
 
 /** What the map of a kind of hammer is over, the best that the case has. */
+/** @type {Record<string, Record<Which, string[]>>} */
 const USUAL = {
   clock: { x: ["restitution"], y: ["load_factor"] },
   held: { x: ["load.frequency", "stiffness", "restitution"], y: ["body.gap", "gap", "load_factor"] },
   valve: { x: ["load.ports[0].behind", "restitution"], y: ["load.pressure", "load.supply.flow", "load.scale"] },
 };
 
-/** The axis where the view asks for none, or for one that the case has not. */
+/** The axis where the view asks for none, or for one that the case has not. @param {Which} which */
 function usual(which) {
   const { parameters } = data.info;
   const names = USUAL[isHeld() ? "held" : switchesItself() ? "valve" : "clock"][which];
-  const found = names.map((name) => parameters.find((one) => one.name === name)).find(Boolean);
+  const found = names.map(parameter).find(Boolean);
   return found ?? parameters[which === "x" ? 0 : Math.min(1, parameters.length - 1)];
 }
 
-export const labelOf = ({ name, unit }) => inUnit(title(name), unit);
+/** @param {{ name: string, unit?: string }} axis */
+export const labelOf = ({ name, unit = "" }) => inUnit(title(name), unit);
+
+/** Whether what is known of the case is known of this kind of case. */
+export const ready = () => Boolean(data.info) && Boolean(data.info.system) !== switchesItself();
 
 /** The choices about the map: above it what stands up and what the colour shows, below it what stands across, each axis
- * between its ends; made anew only when there is another choice: a range that is typed leaves its fields alone. */
-export function choices({ above, below }) {
-  if (!data.info) return;
-  const names = data.info.parameters.map((p) => [p.name, inUnit(p.label, p.unit)]);
-  const chosen = { x: axis("x").name, y: axis("y").name, q: shownName() };
-  const key = JSON.stringify([names, chosen, Object.keys(kinds())]);
-  if (above.dataset.key === key) return fillEdges();
-  above.dataset.key = key;
-  const menu = (which, title, options) =>
-    h(
+ * between its ends; made anew only when there is another choice: a range that is typed leaves its fields alone.
+ * @param {HTMLElement} above @param {HTMLElement} below */
+export function startChoices(above, below) {
+  const names = () =>
+    data.info.parameters.map((/** @type {any} */ { name, label, unit }) => [name, inUnit(label, unit)]);
+  const chosen = () => ({ x: axis("x").name, y: axis("y").name, q: shownName() });
+  const menu = (
+    /** @type {Which | "q"} */ which,
+    /** @type {string} */ title,
+    /** @type {[string, string][]} */ options,
+  ) => {
+    const now = chosen()[which];
+    const onchange = () => show(which === "q" ? { q: box.value } : chosenAxis(which, box.value));
+    const box = h(
       "select",
-      { id: `map-${which}`, "aria-label": title, title, onchange: (event) => show(which === "q" ? { q: event.target.value } : chosenAxis(which, event.target.value)) },
-      options.map(([value, text]) => h("option", { value, selected: value === chosen[which] }, text)),
+      { id: `map-${which}`, "aria-label": title, title, onchange },
+      options.map(([value, text]) => h("option", { value, selected: value === now }, text)),
     );
-  const colours = Object.entries(kinds()).map(([name, { label }]) => [name, label]);
-  put(above, menu("y", "Up", names), h("span", { class: "range" }, edge("y", "from"), "…", edge("y", "to")), menu("q", "Colour", colours));
-  put(below, edge("x", "from"), menu("x", "Across", names), edge("x", "to"), h("p", { class: "problem", role: "alert", id: "map-range-problem" }));
+    return box;
+  };
+  const build = () => {
+    const range = h("span", { class: "range" }, edge("y", "from"), "…", edge("y", "to"));
+    const colours = Object.entries(kinds()).map(([name, { label }]) => /** @type {[string, string]} */ ([name, label]));
+    const problem = h("p", { class: "problem", role: "alert", id: "map-range-problem" });
+    put(above, menu("y", "Up", names()), range, menu("q", "Colour", colours));
+    put(below, edge("x", "from"), menu("x", "Across", names()), edge("x", "to"), problem);
+  };
+  whenever(() => ready() && [names(), chosen(), Object.keys(kinds())], build);
+  effect(() => ready() && fillEdges());
 }
 
-/** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. */
+/** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. @param {Which} which @param {string} name */
 function chosenAxis(which, name) {
   const { low, high, unit } = parameter(name);
-  return { [which]: name, [`${which}r`]: name.includes(".") ? rangeText(plainNumber(low), plainNumber(high), unit) : "" };
+  return {
+    [which]: name,
+    [`${which}r`]: name.includes(".") ? rangeText(plainNumber(low), plainNumber(high), unit) : "",
+  };
 }
 
 /** The ranges of both axes as the view keeps them. */
-export const keptRanges = () => Object.fromEntries(["x", "y"].map((which) => [`${which}r`, kept(axis(which))]));
+export function keptRanges() {
+  const kept = (/** @type {Axis} */ { from, to, unit }) => rangeText(from, to, unit);
+  return { xr: kept(axis("x")), yr: kept(axis("y")) };
+}
 
-const kept = ({ from, to, unit }) => rangeText(from, to, unit);
+/** The field of an end of an axis. @param {Which} which @param {"from" | "to"} end */
+const endOf = (which, end) => /** @type {HTMLInputElement | null} */ (document.getElementById(`map-${which}-${end}`));
 
-/** One end of an axis, which can be typed in any unit. */
+/** One end of an axis, which can be typed in any unit. @param {Which} which @param {"from" | "to"} end */
 function edge(which, end) {
-  const commit = (event) => {
+  const onchange = () => {
     const { unit } = axis(which);
-    const ends = ["from", "to"].map((name) => $(`#map-${which}-${name}`));
-    const [from, to] = ends.map((input) => read(input.value, unit).value ?? Number.NaN);
+    const [from, to] = ENDS.map((one) => read(endOf(which, one)?.value ?? "", unit).value ?? Number.NaN);
     const taken = isRange(from, to);
-    for (const input of ends) input.setAttribute("aria-invalid", String(!taken && input === event.target));
+    for (const one of ENDS) endOf(which, one)?.setAttribute("aria-invalid", String(!taken && one === end));
     const words = "A range must go from a number to a greater one; the map keeps the previous range.";
     put($("#map-range-problem"), taken ? "" : words);
     if (taken) show({ [`${which}r`]: rangeText(plainNumber(from), plainNumber(to), unit) });
   };
-  const name = `${end}, ${which === "x" ? "across" : "up"}`;
-  const about = { "data-edge": `${which} ${end}`, "aria-describedby": "map-range-problem", "aria-label": name, spellcheck: "false", autocomplete: "off" };
-  return h("input", { type: "text", class: "end", id: `map-${which}-${end}`, ".value": number(axis(which)[end]), onchange: commit, ...about });
+  const told = { "aria-label": `${end}, ${which === "x" ? "across" : "up"}`, "aria-describedby": "map-range-problem" };
+  const own = { type: "text", class: "end", id: `map-${which}-${end}`, spellcheck: "false", autocomplete: "off" };
+  return h("input", { ...own, ...told, ".value": number(axis(which)[end]), onchange });
 }
+
+const ENDS = /** @type {const} */ (["from", "to"]);
 
 /** The ends as they are now; the one that is being typed into, and one that was not taken, are left alone. */
 function fillEdges() {
-  for (const input of $$("#map-place input[data-edge]")) {
-    if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
-    const [which, end] = input.dataset.edge.split(" ");
-    const value = number(axis(which)[end]);
-    if (input.value !== value) input.value = value;
-  }
+  for (const which of /** @type {const} */ (["x", "y"]))
+    for (const end of ENDS) {
+      const [input, value] = [endOf(which, end), number(axis(which)[end])];
+      if (!input || input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
+      if (input.value !== value) input.value = value;
+    }
 }

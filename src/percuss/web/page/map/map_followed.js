@@ -1,3 +1,4 @@
+// @ts-check
 // What happens to the motion of the head, or to that which the panel Branches begins with, followed through both
 // parameters of the map: curves over its colours.
 
@@ -10,6 +11,9 @@ import { percent } from "../core/format.js";
 import { present } from "../core/moves.js";
 import { data, isHeld, modesInWords, show, switchesItself, view } from "../core/state.js";
 
+/** @typedef {import("./map_axes.js").Axis} Axis */
+
+/** @type {Record<string, number[]>} */
 const DASHES = {
   fold: [],
   nonsmooth_fold: [],
@@ -22,44 +26,57 @@ const DASHES = {
   onset: [9, 3, 2, 3],
   release_lost: [3, 6],
 };
-const ENDS = new Set(["limit", "closed", "stopped", "lost", "impacts_coalesce", "load_stops_pushing", "parameter_end", "endless_chatter", "unpressed"]);
+const ENDS = new Set([
+  "limit",
+  "closed",
+  "stopped",
+  "lost",
+  "impacts_coalesce",
+  "load_stops_pushing",
+  "parameter_end",
+  "endless_chatter",
+  "unpressed",
+]);
+const box = h("input", { type: "checkbox", id: "map-follow", onchange: () => show({ curves: Number(box.checked) }) });
+const motion = h("span", {}, "this motion"); // its words
+/** @type {any} */
 let part = null;
-let box = null;
-let motion = null; // its words
-let found = []; // curves, as the server tells them
+/** Curves, as the server tells them. @type {any[]} */
+let found = [];
 
-/** The switch and the progress below the map; `repaint` is called when there are more curves. */
+/** The switch and the progress below the map; `repaint` is called when there are more curves. @param {() => void} repaint */
 export function followedRow(repaint) {
-  const told = (answer, done) => {
+  const told = (/** @type {any} */ answer, /** @type {boolean} */ done) => {
     found = answer?.curves ?? [];
     if (answer) put(part.words, done ? words() : percent(answer.done, 2));
     box.dataset.found = found.map(({ type }) => type).join();
     repaint();
   };
   part = new Part({ id: "map-followed", path: "follow/curves", begun: "Following …", told });
-  box = h("input", { type: "checkbox", id: "map-follow", onchange: (event) => show({ curves: Number(event.target.checked) }) });
-  motion = h("span", {}, "this motion");
   const label = h("label", { class: "check" }, box, " what happens to ", motion, ", as curves");
   return h("div", { class: "row middle map-status" }, label, part.bar, part.words);
 }
 
 function words() {
-  const cut = found.some(({ points }) => points.some(({ type }) => type === "stopped"));
+  const cut = found.some(({ points }) => points.some((/** @type {any} */ one) => one.type === "stopped"));
   if (!found.length) return "Nothing happens to it on the lines through the design.";
   return `${found.length === 1 ? "One curve" : `${found.length} curves`}, ${view.bmodes || isHeld() ? `with ${modesInWords(view.bmodes)}` : "of a rigid bar"}${cut ? "; what took too long is cut off" : ""}.`;
 }
 
-/** Follow them over the plane, unless that is under way or there; `since` tells hammers apart. */
+/** Follow them over the plane, unless that is under way or there; `since` tells hammers apart. @param {Axis} x @param {Axis} y @param {number} since */
 export function wantFollowed(x, y, since) {
   box.checked = Boolean(view.curves);
   box.disabled = switchesItself() || Boolean(x.whole || y.whole);
   const orbit = beginning();
   put(motion, view.begin ? view.begin.replace(/^(?=\d)/, "z=").replace(/:phases.*/, "") : "this motion");
-  const key = view.curves && orbit && !box.disabled ? JSON.stringify([since, x, y, view.begin || [view.m, view.orbit], view.bmodes]) : "";
+  const key =
+    view.curves && orbit && !box.disabled
+      ? JSON.stringify([since, x, y, view.begin || [view.m, view.orbit], view.bmodes])
+      : "";
   part.want(key, { case: data.tables, x: range(x), y: range(y), orbit, modes: view.bmodes });
 }
 
-/** A range that holds the design, from which the motion is followed. */
+/** A range that holds the design, from which the motion is followed. @param {Axis} axis */
 function range({ name, unit, from, to }) {
   const now = present(data, name) ?? from;
   return { name, unit, from: Math.min(from, now), to: Math.max(to, now) };
@@ -68,18 +85,39 @@ function range({ name, unit, from, to }) {
 /** Nothing is followed any more. */
 export const stopFollowed = () => part.stop();
 
-/** Lines, without what is no orbit otherwise, and rings at what happens on them. */
+/** Lines, without what is no orbit otherwise, and rings at what happens on them. @param {Axis} x @returns {any[]} */
 export function followedItems(x) {
   const { accent } = theme();
   const lines = found.map(({ type, parameters, curve }) => {
     const across = parameters.indexOf(x.name);
-    const at = (k) => curve.values.map((pair, i) => (curve.is_orbit[i] ? pair[k] : null));
-    const name = `${EVENTS[type]?.words.replace("end: ", "") ?? type}, followed`;
-    return { type: "line", x: at(across), y: at(1 - across), colour: accent, width: 2.4, dash: DASHES[type] ?? [3, 3], name };
+    const at = (/** @type {number} */ k) =>
+      curve.values.map((/** @type {number[]} */ pair, /** @type {number} */ i) => (curve.is_orbit[i] ? pair[k] : null));
+    const name = `${/** @type {any} */ (EVENTS)[type]?.words.replace("end: ", "") ?? type}, followed`;
+    return {
+      type: "line",
+      x: at(across),
+      y: at(1 - across),
+      colour: accent,
+      width: 2.4,
+      dash: DASHES[type] ?? [3, 3],
+      name,
+    };
   });
-  const special = found.flatMap(({ parameters, points }) => points.filter(({ type }) => !ENDS.has(type)).map((one) => ({ ...one, across: parameters.indexOf(x.name) })));
-  const rings = special.map(({ type, values, across }) => ({
-    type: "points", x: [values[across]], y: [values[1 - across]], shape: "ring", size: 5, colour: accent, name: `meets here: ${type.replace("with_", "").replaceAll("_", " ")}`,
-  }));
+  const rings = found.flatMap(({ parameters, points }) => {
+    const across = parameters.indexOf(x.name);
+    const special = points.filter((/** @type {any} */ { type }) => !ENDS.has(type));
+    return special.map((/** @type {any} */ { type, values }) => {
+      const name = `meets here: ${type.replace("with_", "").replaceAll("_", " ")}`;
+      return {
+        type: "points",
+        x: [values[across]],
+        y: [values[1 - across]],
+        shape: "ring",
+        size: 5,
+        colour: accent,
+        name,
+      };
+    });
+  });
   return [...lines, ...rings];
 }
