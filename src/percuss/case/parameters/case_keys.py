@@ -76,15 +76,24 @@ def _oil_keys(table: ValveLoad) -> list[str]:
     return keys + [f"load.supply.{name}" for name in ("power", "line") if getattr(supply, name) is not None]
 
 
-def valve_label(table: object, key: str) -> str:
-    """A key of a valve in a few words, its ports counted from 1; any other key as it is written."""
-    if not isinstance(table, ValveLoad):
-        return key
-    match key.replace("[", ".").replace("]", "").split("."):
-        case ["load", "ports", number, name]:
+def label_of(key: str, table: object) -> str:
+    """A key of a case with this load in a few words, its ports and sections counted from 1."""
+    if key in KEYS and KEYS[key].label:
+        return KEYS[key].label
+    parts = key.replace("[", ".").replace("]", "").split(".")
+    what = {"behind": "place"}.get(parts[-1], parts[-1].replace("_", " "))
+    match parts:
+        case [("bar" | "tool") as body, "sections", number, _]:
+            return f"section {'of the tool ' * (body == 'tool')}{int(number) + 1}: {what}"
+        case ["load", "ports", number, _] if isinstance(table, ValveLoad):
             port = table.ports[int(number)]
             of = "blow" if port.on == "impact" else f"port {int(number) + 1}"
-            return f"{of} → {port.to}: {'place' if name == 'behind' else name}"
+            return f"{of} → {port.to}: {what}"
+        case ["load", "orifices", number, _] if isinstance(table, ValveLoad) and table.orifices:
+            passage = table.orifices[int(number)]
+            return f"passage {passage.chamber} – {passage.to}: {what}"
+        case ["load", "chambers", name, _]:
+            return f"chamber {name}: {what}"
         case ["load", "states", state, side]:
             return f"{state}: {side} area"
         case ["load", "states", state]:
@@ -179,7 +188,10 @@ KEYS: dict[str, Key] = {
     "load.pressure": Key("supply pressure", sets=LOAD_SCALE),
     "load.chamber.force": Key("force of the chamber", "of the gas on the bar at the wall"),
     "load.chamber.stiffness": Key("stiffness of the chamber"),
+    "load.chamber.volume": Key("volume of the chamber"),
     "load.supply.flow": Key("flow of the pump"),
+    "load.supply.line": Key("volume of the supply line"),
+    "load.supply.power": Key("power of the pump"),
     "load.supply.accumulator": Key("accumulator", "volume that it gives up per pressure"),
     "load.supply.quickening": Key("quickening", "of the spool under a higher pressure"),
     "load.supply.leakage.flow": Key("leakage", "from the supply to the tank"),

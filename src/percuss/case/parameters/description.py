@@ -16,7 +16,7 @@ from percuss.case.parameters.case_keys import (
     LOAD_PRESSURE,
     LOAD_SCALE,
     key_of,
-    valve_label,
+    label_of,
     varied_keys,
 )
 from percuss.case.parameters.moves import MOVES, can_move, number_held
@@ -79,7 +79,8 @@ def _has(parameter: Parameter[System], system: System) -> bool:
 
 def _keys(case: Case) -> list[dict[str, Any]]:
     found, names = [], varied_keys(case)
-    none = {LOAD_SCALE} if case.is_machine and LOAD_PRESSURE in names else set()  # the pressure is the same
+    by_oil = getattr(case.tables.load, "oil", None) is not None
+    none = {LOAD_SCALE} if case.is_machine and (by_oil or LOAD_PRESSURE in names) else set()  # the pressure is the same
     for name in names:
         table, _, key = name.partition(".")
         if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
@@ -93,9 +94,19 @@ def _keys(case: Case) -> list[dict[str, Any]]:
         span = PARAMETERS[key].span if case.is_machine and key == "restitution" else None
         kept = name == FREQUENCY and isinstance(case.tables.load, HistoryLoad)  # there it says where cycles are cut
         movable = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
-        label = about.label or valve_label(case.tables.load, name)
         ends = span or _around(value)
-        found.append(_row(name, label, about.meaning, unit, value, *ends, movable, about.slides and not kept))
+        found.append(
+            _row(
+                name,
+                label_of(name, case.tables.load),
+                about.meaning,
+                unit,
+                value,
+                *ends,
+                movable,
+                about.slides and not kept,
+            )
+        )
     return found
 
 

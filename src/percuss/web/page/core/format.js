@@ -1,7 +1,7 @@
 // @ts-check
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
-import { converted, read, shown } from "./units.js";
+import { converted, printed, read, shown } from "./units.js";
 import { language } from "./words.js";
 
 const THIN = "\u202f";
@@ -52,11 +52,11 @@ function superscript(power) {
 /** @param {number} value @param {string} unit @param {number} [digits] */
 export function withUnit(value, unit, digits = 4) {
   const told = inSystem(value, unit);
-  return `${number(told.value, digits)}${told.unit ? THIN + told.unit : ""}`;
+  return `${number(told.value, digits)}${told.unit ? THIN + printed(told.unit) : ""}`;
 }
 
 /** A quantity before its unit, as on every axis: "stress [MPa]". @param {string} name @param {string} unit */
-export const inUnit = (name, unit) => (unit ? `${name} [${unit}]` : name);
+export const inUnit = (name, unit) => (unit ? `${name} [${printed(unit)}]` : name);
 
 /** @type {[number, string][]} */
 const LADDER = [

@@ -20,7 +20,9 @@ export function useLanguage(name) {
   location.reload();
 }
 
-const NUMBER = /−?(?<![\w.])\d+(?:\.\d+)?(?![\w.]*\.\d)(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?/g;
+/** A key of a case, "load.ports[0].delay". */
+const KEY = /^[\w[\]]+(\.[\w[\]]+)+$/;
+const NUMBER = /(?:−|(?<![^\s(=[])-)?(?<![\w.])\d+(?:\.\d+)?(?![\w.]*\.\d)(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?/g;
 const FILLED = /#(\d?)|\{(\d?)\}/g;
 
 /** Texts that the catalogue does not have; a test of the page finds none. @type {Set<string>} */
@@ -69,20 +71,22 @@ export function tr(text) {
   return /** @type {T} */ (found);
 }
 
+// What stands between texts that are translated each for itself: sentences, clauses; what ends one; what a list has.
+const SENTENCES = [/((?<=[.!?])\s+)/, /((?<=;)\s+)/, /( — | · )/, /(: )/];
+const ENDS = /([.;:…▸▾?]+$|^\s+|\s+$|^[▴●○✓]\s?)/;
+const PARTS = /(, | = | \((?=[\w.[\]]*\.[\w.[\]]*\)$)| \[(?=[^[\]]*\]$)|[)\]]$)/;
+
 /** The translation of a text, and a note of what there is none of. @param {string} text @returns {string} */
 function translated(text) {
   const found = known(text);
   if (found !== null) return found;
-  const parts = text.split(SENTENCES);
-  if (parts.length === 1) missed.add(text);
-  return parts.length === 1
-    ? text
-    : parts.map((part, i) => (i % 2 ? part : /** @type {string} */ (translated(part)))).join("");
+  for (const marks of SENTENCES) {
+    const parts = text.split(marks);
+    if (parts.length > 1) return parts.map((part, i) => (i % 2 || !part ? part : translated(part))).join("");
+  }
+  missed.add(text);
+  return text;
 }
-
-// What stands between texts that are translated each for itself: sentences first, then what a list or a label is made of.
-const SENTENCES = /((?<=[.;!?])\s+|: | — | · )/;
-const PARTS = /(: |, | = | \((?=[\w.[\]]*\.[\w.[\]]*\)$)| \[(?=[^[\]]*\]$)|[.;:)\]…▸▾]+$|^\s+|\s+$|^[▴●]\s?)/;
 
 /** The translation of a text by the catalogue: as a whole, with its first letter small, or part by part where all are
  * known; null where there is none. @param {string} text @returns {string | null} */
@@ -92,10 +96,10 @@ function known(text) {
   const small = text[0].toLowerCase() + text.slice(1);
   const uncapped = small === text ? null : (phrase(small) ?? template(small));
   if (uncapped !== null) return uncapped[0].toUpperCase() + uncapped.slice(1);
-  for (const marks of [SENTENCES, PARTS]) {
+  for (const marks of [...SENTENCES, ENDS, PARTS]) {
     const parts = text.split(marks);
-    /** @type {(string | null)[]} */
-    const found = parts.length > 1 ? parts.map((part, i) => (i % 2 || !part ? part : known(part))) : [null];
+    if (parts.length === 1) continue;
+    const found = parts.map((part, i) => (i % 2 || !part ? part : known(part)));
     if (found.every((part) => part !== null)) return found.join("");
   }
   return null;
@@ -133,17 +137,19 @@ function filledIn(target, numbers, words) {
 }
 
 /** @param {string} text */
-const withCommas = (text) => text.replace(NUMBER, (number) => number.replace(".", ","));
+const withCommas = (text) => text.replace(NUMBER, (number) => number.replace(".", ",").replace("-", "−"));
 
 /** Whether a text has nothing to translate: numbers, units and symbols. @param {string} text */
 const isWordless = (text) =>
-  text.split(/[\s\u202f=/:;,()[\]…–]+/).every((one) => !/\p{L}{2}/u.test(one) || kindOf(one) !== "");
+  text.split(/[\s\u202f=/:;,()[\]…–]+/).every((one) => !/\p{L}{2}/u.test(one) || kindOf(one) !== "" || KEY.test(one));
 
 /** The static parts of the page in its language. @param {Element} root */
 export function translate(root) {
   if (!phrases) return;
   const walk = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
-  while (walk.nextNode()) walk.currentNode.nodeValue = tr(walk.currentNode.nodeValue);
+  while (walk.nextNode())
+    if (!walk.currentNode.parentElement?.closest("noscript, h1"))
+      walk.currentNode.nodeValue = tr(walk.currentNode.nodeValue);
   for (const one of root.querySelectorAll("[aria-label]"))
     one.setAttribute("aria-label", tr(one.getAttribute("aria-label")) ?? "");
 }

@@ -92,7 +92,11 @@ export function startHeader(panels, failed) {
   const settings = h(
     "details",
     { class: "menu", id: "settings" },
-    h("summary", { title: "Language and units" }, language === "en" ? "Aa" : language.toUpperCase()),
+    h(
+      "summary",
+      { title: "Language and units" },
+      h("span", { translate: "no" }, language === "en" ? "Aa" : language.toUpperCase()),
+    ),
     h(
       "div",
       { class: "sheet column" },

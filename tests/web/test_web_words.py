@@ -1,0 +1,94 @@
+"""The page in German and Swedish: the catalogue of words is whole, nothing of the screen stays English, numbers have a
+comma, and longer words have their room."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib import resources
+
+import pytest
+
+pytest.importorskip("fastapi")
+
+from playwright.sync_api import expect
+
+from test_web_screen import LAYOUT
+from web_desk import PANELS, Desk, figure, knows, scene, settled, slide
+
+pytestmark = pytest.mark.browser
+
+GERMAN, SWEDISH = {"locale": "de-DE"}, {"locale": "sv-SE"}
+KINDS = ("mini-breaker", "hydraulic-drifter", "drill-string", "valve-breaker", "oil-drifter", "stopped-beam")
+NOT_SAID = "import('/static/core/words.js').then(words => [...words.missed])"
+
+
+def test_every_phrase_has_both_languages() -> None:
+    """Each with as many numbers and as many words filled in as in English, and with what ends it."""
+    phrases = json.loads(resources.files("percuss.web").joinpath("page/core/words.json").read_text(encoding="utf-8"))
+    assert len(phrases) > 1000
+    for english, others in phrases.items():
+        assert len(others) == 2, english
+        for other in others:
+            assert other.strip() == other != "", english
+            for mark in ("#", "{}"):
+                numbered = re.sub(r"\{\d\}", "{}", re.sub(r"#\d", "#", other))
+                assert numbered.count(mark) == english.count(mark), (english, other)
+
+
+@pytest.mark.parametrize("desk", [GERMAN, SWEDISH], indirect=True, ids=["de", "sv"])
+@pytest.mark.parametrize("name", KINDS)
+def test_nothing_on_the_page_stays_english(desk: Desk, name: str) -> None:
+    """Every drawer of a sample of every kind, with all that folds out; and the screen has room for all words."""
+    page = desk.open(f"machine={name}")
+    page.set_viewport_size({"width": 1366, "height": 650})
+    settled(page)
+    assert page.evaluate(LAYOUT) == []
+    for panel in PANELS:
+        page.evaluate(f"import('/static/core/state.js').then(state => state.show({{panel: '{panel}', tall: 1}}))")
+        settled(page)
+        page.evaluate("document.querySelectorAll('details:not(.menu)').forEach(one => one.open = true)")
+        settled(page)
+    if name == "mini-breaker":
+        for factor in (0.2, 1.1):  # unstable, and none
+            slide(page, "load_factor", factor)
+            settled(page)
+    assert page.evaluate(NOT_SAID) == []
+
+
+@pytest.mark.parametrize("desk", [GERMAN, SWEDISH], indirect=True, ids=["de", "sv"])
+def test_lessons_are_told_in_the_language(desk: Desk) -> None:
+    """Every scene with its prediction, its reason and its target, and the question at the end."""
+    page = desk.open("panel=lessons")
+    texts = page.evaluate(
+        "import('/static/lessons/lessons.js').then(m => m.LESSONS.flatMap(l => [l.title, l.goal, "
+        "...m.questionOf(l.question).choices, m.questionOf(l.question).words, m.questionOf(l.question).why, "
+        "...l.scenes.flatMap(s => [s.show, s.say, s.target, m.questionOf(s.predict).words, "
+        "m.questionOf(s.predict).why, ...m.questionOf(s.predict).choices])]))"
+    )
+    told = page.evaluate(f"import('/static/core/words.js').then(words => {json.dumps(texts)}.map(words.tr))")
+    assert page.evaluate(NOT_SAID) == []
+    assert [one for one, other in zip(texts, told, strict=True) if one == other and len(one) > 3] == []
+    scene(page, 1, 1)
+    assert page.locator("#lesson-strip").inner_text() != ""
+    assert page.evaluate(NOT_SAID) == []
+
+
+@pytest.mark.parametrize("desk", [GERMAN], indirect=True)
+def test_numbers_have_the_comma_of_the_language(desk: Desk) -> None:
+    """Figures, fields and what is typed; another language is chosen, and kept for the next time."""
+    page = desk.open("machine=mini-breaker")
+    assert page.evaluate("document.documentElement.lang") == "de"
+    assert re.fullmatch(r"17,5\s?Hz", figure(page, "Schlagfrequenz"))
+    expect(page.locator("#verdict")).to_have_text("Stabil")
+    page.fill("#slide-restitution-value", "0,36")
+    page.press("#slide-restitution-value", "Enter")
+    settled(page)
+    expect(page.locator("#slide-restitution-value")).to_have_value("0,36")
+    assert knows(page, "core/state.js:data.tables.contact.restitution") == 0.36
+    page.click("#settings summary")
+    page.select_option("#language", "en")
+    expect(page.locator("#verdict")).to_have_text("Unstable")
+    assert figure(page, "blow rate") == figure(page, "blow rate").replace(",", ".")
+    page.reload()
+    expect(page.locator("#tab-orbits")).to_have_text("All motions")
