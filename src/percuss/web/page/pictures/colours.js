@@ -69,7 +69,8 @@ export function familyOf(label) {
   return palette.families.findIndex(({ pattern }) => new RegExp(`^(?:${pattern})`).test(label));
 }
 
-const SHADES = 3; // that tell the labels of a family apart; its other labels share one more
+/** Shares of ink in the shades that tell the labels of a family apart; its other labels have the last. */
+const SHADES = [0, 0.3, 0.5, 0.65];
 
 /** Looks of lines by the labels of motions, {colour, name}: the hue tells the family, a shade of it the label. */
 export function looksOfLabels(labels) {
@@ -77,9 +78,9 @@ export function looksOfLabels(labels) {
   const many = families.map(() => 0);
   const lookOf = (label) => {
     const family = familyOf(label);
-    const shade = Math.min(many[family]++, SHADES);
-    const mixed = rgb(families[family].line).map((part, i) => Math.round(part + 0.25 * shade * (rgb(ink)[i] - part)));
-    return { colour: `rgb(${mixed})`, name: shade < SHADES ? label : families[family].name };
+    const shade = Math.min(many[family]++, SHADES.length - 1);
+    const mixed = rgb(families[family].line).map((part, i) => Math.round(part + SHADES[shade] * (rgb(ink)[i] - part)));
+    return { colour: `rgb(${mixed})`, name: shade < SHADES.length - 1 ? label : families[family].name };
   };
   return new Map(labels.map((label) => [label, lookOf(label)]));
 }
