@@ -8,9 +8,9 @@ import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 import { unitsOf } from "../motion/motion_charts.js";
 import { paceOf, Player } from "../motion/player.js";
-import { shapeOfCase } from "../motion/shape.js";
+
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
-import { Stage } from "../motion/stage.js";
+import { shapeOfCase, Stage } from "../motion/stage.js";
 
 /** A place: the row of a branch, of a motion with such a label, and the case that the branch is of.
  * @typedef {{ tables: any, along: import("./branches_choices.js").Axis, row: import("./branches_rows.js").Row,

@@ -329,6 +329,13 @@ export const locked = (/** @type {string} */ name) =>
     .split(",")
     .some((/** @type {string} */ one) => one === name || (one === "R" && /^(contact\.)?restitution$/.test(name)));
 
+/** The case with another start of its simulation; without any where nothing of it is said. @param {Record<string, any>} start */
+export function setStart(start) {
+  const clean = Object.fromEntries(Object.entries(start).filter(([, value]) => value !== undefined));
+  const { start: _, ...rest } = data.tables;
+  setTables(Object.keys(clean).length ? { ...rest, start: clean } : rest);
+}
+
 /** The same case with a value that is being dragged: answers that come meanwhile are shown. `names`: the keys that are
  * other ones, where the map may stay as it is.
  * @param {Tables} tables @param {string[] | null} [names] */

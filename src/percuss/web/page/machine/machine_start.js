@@ -5,8 +5,7 @@ import { typed } from "../case/fields.js";
 import { postBinary, problemsOf, said } from "../core/api.js";
 import { button, h, latest, put } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
-import { data, show, view } from "../core/state.js";
-import { setStart } from "../motion/motion_start.js";
+import { data, setStart, show, view } from "../core/state.js";
 
 /** [label, hint] of the keys of a start. @type {Record<string, [string, string]>} */
 const FIELDS = {

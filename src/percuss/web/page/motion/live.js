@@ -7,7 +7,7 @@
 // several until the wall would have to (`Lying`). What has settled is named as by `Trajectory.label` of the package.
 
 import { chatterLeft, firstCrossing, Flight, Law, Lying, NO_SPEED } from "./flight.js";
-import { MARKS, nameOf, Strip } from "./settled.js";
+import { MARKS, nameOf } from "./settled.js";
 
 /** @typedef {import("./flight.js").Model} Model */
 /** @typedef {{time: number, kind: "impact" | "rest" | "release" | "switch", speed: number, energy: number, phase: number,
@@ -19,9 +19,8 @@ import { MARKS, nameOf, Strip } from "./settled.js";
 const TURN = 2 * Math.PI;
 const TURN_LOW = 2.4492935982947064e-16; // 2π less TURN
 const KEPT = 30; // blows that are told
-const PERIODS = 8; // of the strip chart
 const CROWD = 300; // events in no time, after which a machine is stuck on a port
-const NO_TIME = 1e-9; // of the strip chart
+const NO_TIME = 1e-9; // of a period, or of a cycle
 const SAME = 4e-12; // time, of the valve's unit, within which events are simultaneous
 
 /** A port that watches the flight, or the wall. @typedef {{n: 0 | 1, level: number, sign: 1 | -1, clear: number,
@@ -50,8 +49,7 @@ export class Live {
     this.inside = [];
     /** @type {{phase: number, speed: number}[]} */
     this.blows = [];
-    this.strip = new Strip();
-    this.records = true;
+    this.records = true; // its marks: not of a scout
     this.crowd = 0; // events since the time `begun`, where no time goes by
     this.begun = -Infinity;
     this.changes = 0; // counts its laws and the states that it was put on
@@ -244,18 +242,15 @@ export class Live {
       const [wait, what] = this._next(left + this.since);
       const part = wait - this.since;
       if (part > left || what === null) {
-        this._draw(left);
         this.since += left;
         break;
       }
-      this._draw(part);
       left -= Math.max(part, 0);
       this._arrive(wait);
-      this.crowd = this.time - this.begun > NO_TIME * this.span ? 0 : this.crowd + 1;
+      this.crowd = this.time - this.begun > 8 * NO_TIME * this._cycle() ? 0 : this.crowd + 1;
       if (!this.crowd) this.begun = this.time;
       what(events);
       this._set();
-      if (this.records) this.strip.add(this.time, this.gap_);
     }
     return events;
   }
@@ -456,39 +451,22 @@ export class Live {
     if (this.inside[i] && this.law.valve) this._demand(this.law.valve.ports[i]);
   }
 
-  // ---- The strip chart
-
-  /** Its length: eight periods of the load, or about as many cycles of a machine. */
-  get span() {
-    const { valve } = this.law;
-    if (!valve) return PERIODS * TURN;
-    const same = this.marks.filter(({ state }) => state === this.state);
-    if (same.length > 1) return (PERIODS * (same[same.length - 1].time - same[0].time)) / (same.length - 1);
-    const way = Math.max(...valve.ports.map(({ behind }) => behind ?? 0));
-    const push = Math.min(...Object.values(valve.states).map(Math.abs).filter(Boolean));
-    return PERIODS * 4 * Math.sqrt(way / push) || 1;
-  }
-
-  /** Points of the next part of the flight, evenly. @param {number} part */
-  _draw(part) {
-    if (!this.records) return;
-    const step = this.strip.step(this.span);
-    const first = Math.max(this.now, this.now + part - this.span, this.strip.last + step);
-    for (let at = first - this.time; at < this.since + part; at += step)
-      this.strip.add(this.time + at, this.resting ? 0 : this.flight.at(at)[0]);
-  }
-
-  /** The gap over the last time, at most eight periods: times before now, ascending to 0, and gaps.
-   * @param {number} [span] */
-  history(span = this.span) {
-    return this.strip.since(this.now, span, this.gap);
-  }
-
   // ---- What is told
 
   /** What the motion is by now, as the package names it; "" while it has not settled. */
   label() {
     return nameOf(this);
+  }
+
+  /** A period of the load, or about the time of a cycle of a machine. */
+  _cycle() {
+    const { valve } = this.law;
+    if (!valve) return TURN;
+    const same = this.marks.filter(({ state }) => state === this.state);
+    if (same.length > 1) return (same[same.length - 1].time - same[0].time) / (same.length - 1);
+    const way = Math.max(...valve.ports.map(({ behind }) => behind ?? 0));
+    const push = Math.min(...Object.values(valve.states).map(Math.abs).filter(Boolean));
+    return 4 * Math.sqrt(way / push) || 1 / 8;
   }
 
   /** @param {Happening[]} events @param {Happening["kind"]} kind @param {number} speed @param {number} energy */

@@ -1,12 +1,17 @@
+// @ts-check
 // A stage whose motion never restarts. While something moves, the hammer goes on under its new law from where it is, in
 // closed form (live.js); when all is still and it has settled on the steady motion, the server's exact cycle, with all its
 // ringing, takes over at a blow, and the other way round.
 
 import { Live } from "./live.js";
-import { followLive, hushLive } from "./live_sound.js";
-import { follow, hush, lag } from "./sound.js";
+import { follow, followLive, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 import { tr } from "../core/words.js";
+import { theme } from "../pictures/colours.js";
+
+/** @typedef {import("./stage.js").Motion} Motion */
+/** A steady motion of the server. @typedef {{ phase: number, impact_velocity: number }} Orbit */
+/** What was shown at a time. @typedef {{ at: number, gap: number }} Past */
 
 const NEAR = 0.03; // how near the last blow is to the steady motion's, in phase and as a share of its speed
 const HAIR = 2e-3; // of the speed: what an unstable motion is disturbed by
@@ -22,12 +27,14 @@ class Ghost {
     this.live = new Live(model);
     this.begun = { gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase };
     this.live.place(this.begun);
+    /** @type {Past[]} */
     this.past = [];
     this.now = 0;
     const before = PERIODS * TURN + ((((angle - orbit.phase) % TURN) + TURN) % TURN);
     for (let i = 0; i < 40 * PERIODS; i++) this.advance(before / (40 * PERIODS));
   }
 
+  /** @param {number} dt */
   advance(dt) {
     for (const { kind, time } of this.live.advance(dt)) {
       if (kind !== "impact") continue;
@@ -43,17 +50,25 @@ class Ghost {
 }
 
 export class LiveStage extends Stage {
-  /** @param {HTMLCanvasElement} canvas @param {any} told as of a stage; `happened(event)` too, for each impact and release */
-  constructor(canvas, told) {
-    super(canvas, { ...told, stopped: () => (hush(), hushLive()), lag: (stage) => (stage.byFrames ? lag(stage) : stage.behind) });
+  /** @param {HTMLCanvasElement} canvas
+   * @param {{ ticked: (time: number) => void, struck: (blow: any) => void, happened?: (event: any) => void }} told as of a
+   * stage; `happened` too, for each impact, rest and release */
+  constructor(canvas, { happened, ...told }) {
+    super(canvas, { ...told, stopped: hush, lag: (stage) => (stage.byFrames ? lag(stage) : stage.behind) });
     this.behind = 0; // s by which the motion is behind its sound
-    this.happened = told.happened;
-    this.live = null; // the motion in closed form
+    this.happened = happened;
+    /** The motion in closed form. @type {Live | null} */
+    this.live = null;
     this.exact = false; // whether the server's frames are what is shown
-    this.cycle = null; // the steady motion of the present law: {motion, phase, speed}
+    /** The steady motion of the present law. @type {any} */
+    this.cycle = null;
+    this.held = false; // by the hand
+    /** Where a hand finds the bar. @type {[number, number] | null} */
+    this.edges = null;
     /** @type {Map<string, Ghost>} */
     this.ghosts = new Map();
-    this.past = []; // {at, gap}: what was shown
+    /** @type {Past[]} */
+    this.past = [];
     this.now = 0; // time since the page was opened, in that of the stage
     this.second = 1; // of the stage, in the time of the model
     this.period = TURN;
@@ -64,10 +79,12 @@ export class LiveStage extends Stage {
     return this.exact || !this.live;
   }
 
-  /** Each blow heard; `frequency` in Hz, `joule` of a unit of energy. */
+  /** Each blow heard; `frequency` in Hz, `joule` of a unit of energy.
+   * @param {number | null | undefined} frequency @param {number | null | undefined} joule */
   sounds(frequency, joule) {
     if (this.byFrames) follow(this, frequency);
-    else if (this.playing) this.behind = followLive(this.live, this.rate * this.second, { frequency, joule });
+    else if (this.playing && this.live)
+      this.behind = followLive(this.live, this.rate * this.second, { frequency, joule });
   }
 
   get there() {
@@ -124,19 +141,22 @@ export class LiveStage extends Stage {
     if (!this.playing) this.draw();
   }
 
-  /** Let it go from an unstable motion, a hair's breadth aside: it leaves by itself. */
+  /** Let it go from an unstable motion, a hair's breadth aside: it leaves by itself.
+   * @param {Orbit} orbit @param {number} restitution */
   leave(orbit, restitution) {
     this.put({ gap: 0, velocity: -restitution * orbit.impact_velocity * (1 + HAIR), phase: orbit.phase });
   }
 
-  /** The exact frames of the steady motion that the present law has; while nothing plays they are shown at once. */
+  /** The exact frames of the steady motion that the present law has; while nothing plays they are shown at once.
+   * @param {Motion} motion @param {any} force @param {any} shape @param {any} orbit */
   settle(motion, force, shape, orbit) {
     const time = this.phaseInFrames(motion);
     super.show(motion, force, shape);
     this.comes(time, { phase: orbit.phase, speed: orbit.impact_velocity });
   }
 
-  /** Frames have come of the steady motion that the hammer tends to, at a time of which it is by now. */
+  /** Frames have come of the steady motion that the hammer tends to, at a time of which it is by now.
+   * @param {number} time @param {any} cycle */
   comes(time, cycle) {
     this.cycle = cycle;
     this.time = time;
@@ -144,7 +164,7 @@ export class LiveStage extends Stage {
     this.draw();
   }
 
-  /** Frames as they come, of a motion from a start. */
+  /** Frames as they come, of a motion from a start. @param {Motion} motion @param {any} [force] @param {any} [shape] */
   show(motion, force, shape) {
     this.exact = true;
     this.cycle = null;
@@ -152,7 +172,7 @@ export class LiveStage extends Stage {
     super.show(motion, force, shape);
   }
 
-  /** Where in the frames of a steady motion the live one is. */
+  /** Where in the frames of a steady motion the live one is. @param {Motion} motion @returns {number} */
   phaseInFrames(motion) {
     const { t } = motion.arrays;
     const length = t.at(-1);
@@ -161,11 +181,12 @@ export class LiveStage extends Stage {
     return length > 0 ? turn % length : 0;
   }
 
+  /** @returns {number} */
   gapOfFrame() {
     return this.stateOfFrame().through;
   }
 
-  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. */
+  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. @returns {any} */
   stateOfFrame() {
     const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
     let [low, high] = [0, t.length - 1];
@@ -175,12 +196,17 @@ export class LiveStage extends Stage {
       else high = middle;
     }
     const share = t[high] > t[low] ? Math.min(Math.max((this.time - t[low]) / (t[high] - t[low]), 0), 1) : 0;
-    const between = (list) => list[low] + share * (list[high] - list[low]);
+    const between = (/** @type {Float32Array} */ list) => list[low] + share * (list[high] - list[low]);
     const through = between(gap);
-    return { gap: Math.min(through, 0), through, velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
+    return {
+      gap: Math.min(through, 0),
+      through,
+      velocity: between(velocity),
+      phase: (this.motion.load_phase + this.time) % TURN,
+    };
   }
 
-  /** A moment of the steady motion, whose frames are shown. */
+  /** A moment of the steady motion, whose frames are shown. @param {number} time */
   seek(time) {
     if (!this.motion) return;
     this.exact = true;
@@ -191,13 +217,13 @@ export class LiveStage extends Stage {
   advance(seconds) {
     for (const ghost of this.ghosts.values()) ghost.advance(seconds * this.rate * this.second);
     if (this.held) return this.draw();
-    if (this.byFrames) {
+    const { live } = this;
+    if (this.exact || !live) {
       super.advance(seconds);
       this.now += seconds * this.rate;
       if (this.motion) this.keep(this.gapOfFrame());
       return;
     }
-    const { live } = this;
     const dt = seconds * this.rate;
     const before = this.now;
     const events = live.advance(dt * this.second);
@@ -218,7 +244,7 @@ export class LiveStage extends Stage {
     this.ticked(this.exact ? this.time : live.angle);
   }
 
-  /** Whether a blow is that of the steady motion whose frames have come. */
+  /** Whether a blow is that of the steady motion whose frames have come. @param {any} blow @returns {boolean} */
   settledAt({ phase, speed }) {
     if (!this.cycle || !this.motion || !this.cycle.speed) return false;
     const turn = Math.abs(phase - this.cycle.phase) % TURN;
@@ -226,11 +252,10 @@ export class LiveStage extends Stage {
   }
 
   takeOver() {
-    hushLive();
+    hush();
     this.exact = true;
     this.time = this.phaseInFrames(this.motion);
     this.loudest = Math.max(1e-30, ...this.heard.map(({ energy }) => energy ?? 0)); // not a harder blow on the way here
-    this.settled?.();
   }
 
   /** @param {number} gap */
@@ -244,19 +269,21 @@ export class LiveStage extends Stage {
     if (gone > 64) this.past.splice(0, gone);
   }
 
-  /** Where the parts of the bar are: rigid while the live motion is shown. */
+  /** Where the parts of the bar are: rigid while the live motion is shown. @param {import("./stage.js").Scale} scale */
   pose(scale) {
-    if (this.byFrames) return super.pose(scale);
-    const edge = scale.wall + this.live.gap * scale.travel;
+    const { live } = this;
+    if (this.exact || !live) return super.pose(scale);
+    const edge = scale.wall + live.gap * scale.travel;
     const { places } = this;
     const edges = Array.from({ length: places }, (_, j) => edge - (1 - j / (places - 1)) * scale.bar);
     return { edges, shares: Array.from({ length: places - 1 }, () => 0), through: false };
   }
 
-  /** The bar, and those beside it as outlines. */
+  /** The bar, and those beside it as outlines. @param {CanvasRenderingContext2D} pen @param {import("./stage.js").Pose} pose
+   * @param {import("./stage.js").Scale} scale @param {number} mid @param {import("./stage.js").Theme} colours */
   bar(pen, pose, scale, mid, colours) {
     super.bar(pen, pose, scale, mid, colours);
-    this.edges = [pose.edges[0], pose.edges.at(-1)]; // where a hand finds it
+    this.edges = [pose.edges[0], pose.edges[pose.edges.length - 1]];
     pen.setLineDash([5, 4]);
     pen.lineWidth = 1.4;
     for (const { live, name } of this.ghosts.values()) {
@@ -264,12 +291,57 @@ export class LiveStage extends Stage {
       pen.strokeStyle = name === "A" ? colours.accent : colours.muted;
       pen.strokeRect(edge - scale.bar, mid - scale.thick / 2 - 5, scale.bar, scale.thick + 10);
       pen.fillStyle = pen.strokeStyle;
-      pen.fillText(tr(name), edge - scale.bar + 6, name === "A" ? mid - scale.thick / 2 - 9 : mid + scale.thick / 2 + 18);
+      pen.fillText(
+        tr(name),
+        edge - scale.bar + 6,
+        name === "A" ? mid - scale.thick / 2 - 9 : mid + scale.thick / 2 + 18,
+      );
     }
     pen.setLineDash([]);
   }
 
   phaseOfLoad() {
-    return this.byFrames ? super.phaseOfLoad() : this.live.angle;
+    return this.exact || !this.live ? super.phaseOfLoad() : this.live.angle;
   }
+}
+
+/** The bar taken by the hand, and let go. @param {LiveStage} stage */
+export function grab(stage) {
+  const { canvas } = stage;
+  /** Where the hand was, how far from the striking end it has the bar, and its speed.
+   * @type {{ x: number, when: number, offset: number, speed: number } | null} */
+  let last = null;
+  const at = (/** @type {PointerEvent} */ event) => {
+    const box = canvas.getBoundingClientRect();
+    const k = theme().scale;
+    const scale = stage.scales(box.width / k, box.height / k);
+    return { x: (event.clientX - box.left) / k, scale, when: performance.now() };
+  };
+  const gapOf = (/** @type {ReturnType<typeof at>} */ { x, scale }, /** @type {number} */ offset) =>
+    (x - offset - scale.wall) / scale.travel;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (!stage.live || !stage.edges) return;
+    const { x, when } = at(event);
+    const [left, right] = stage.edges;
+    if (x < left - 6 || x > right + 6) return;
+    event.preventDefault();
+    canvas.setPointerCapture(event.pointerId);
+    last = { x, when, offset: x - right, speed: 0 };
+    stage.held = true;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!last) return;
+    const now = at(event);
+    const gone = Math.max((now.when - last.when) / 1000, 1e-3) * stage.rate;
+    const speed = Math.min(Math.max((now.x - last.x) / now.scale.travel / gone, -1), 1);
+    stage.hold(gapOf(now, last.offset));
+    last = { x: now.x, when: now.when, offset: last.offset, speed };
+  });
+  for (const end of /** @type {const} */ (["pointerup", "pointercancel"]))
+    canvas.addEventListener(end, (event) => {
+      if (!last) return;
+      stage.held = false;
+      stage.hold(gapOf(at(event), last.offset), last.speed);
+      last = null;
+    });
 }

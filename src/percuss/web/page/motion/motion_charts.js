@@ -1,41 +1,53 @@
+// @ts-check
 // Pictures of a motion: the striking end over time, its phase portrait, and every impact as a point.
 
 import { Chart, PHASES, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
 import { counted, inUnit, scaleOf } from "../core/format.js";
 
-const parts = {};
+/** A motion of the server. @typedef {import("./stage.js").Motion} Motion */
+/** @typedef {import("./player.js").Unit} Unit */
+/** @typedef {{ length: Unit, time: Unit, speed: Unit }} Units */
+/** @typedef {Float32Array | Float64Array} Values */
 
-/** The figures of the three charts; a click into the phase portrait tells `picked` its point. */
+/** @type {Record<"history" | "portrait" | "poincare", Chart>} */
+const charts = {
+  history: new Chart("The striking end over time"),
+  portrait: new Chart("Phase portrait: speed over distance; click to start there"),
+  poincare: new Chart("Each impact: its phase and its speed"),
+};
+
+/** The figures of the three charts; a click into the phase portrait tells `picked` its point.
+ * @param {(at: { x: number, y: number }) => void} picked */
 export function motionCharts(picked) {
-  parts.history = new Chart("The striking end over time");
-  parts.portrait = new Chart("Phase portrait: speed over distance; click to start there");
-  parts.poincare = new Chart("Each impact: its phase and its speed");
-  const { canvas } = parts.portrait;
+  const { history, portrait, poincare } = charts;
+  const { canvas } = portrait;
   canvas.id = "portrait";
   canvas.style.cursor = "crosshair";
   canvas.addEventListener("click", (event) => {
-    const at = parts.portrait.at(event);
+    const at = portrait.at(event);
     if (at) picked(at);
   });
-  return Object.fromEntries(Object.entries(parts).map(([name, chart]) => [name, chart.figure]));
+  return { history: history.figure, portrait: portrait.figure, poincare: poincare.figure };
 }
 
-/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. */
+/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. @param {Motion} motion @returns {any[]} */
 export function blowsOf(motion) {
   const length = motion.end - motion.begin;
   const near = 1e-5 * length;
-  const struck = motion.blows.filter(({ kind }) => kind === "impact");
-  const again = motion.period && struck.some(({ time }) => time < near);
-  return again ? struck.filter(({ time }) => time < length - near) : struck;
+  const struck = motion.blows.filter((/** @type {any} */ { kind }) => kind === "impact");
+  const again = motion.period && struck.some((/** @type {any} */ { time }) => time < near);
+  return again ? struck.filter((/** @type {any} */ { time }) => time < length - near) : struck;
 }
 
-/** In what the motion is told: factors from its plain numbers, and their units. */
+/** In what the motion is told: factors from its plain numbers, and their units. @param {Motion} motion @returns {Units} */
 export function unitsOf(motion) {
   const { arrays } = motion;
   const metre = motion.length_scale_m;
   const second = motion.time_scale_s;
-  const deepest = Math.max(...Array.from(arrays.end_gap, (v) => (Number.isFinite(v) ? Math.abs(v) : 0)));
+  const deepest = Math.max(
+    ...Array.from(arrays.end_gap, (/** @type {number} */ v) => (Number.isFinite(v) ? Math.abs(v) : 0)),
+  );
   const length = metre ? scaleOf(deepest * metre, "m") : { factor: 1, unit: "" };
   const time = second ? scaleOf((motion.end - motion.begin) * second, "s") : { factor: 1, unit: "rad" };
   return {
@@ -45,47 +57,37 @@ export function unitsOf(motion) {
   };
 }
 
+/** @param {string} name @param {Unit} unit */
 const labelOf = (name, unit) => inUnit(name, unit.name);
+/** @param {Values} list @param {number} k */
 const times = (list, k) => Float64Array.from(list, (value) => value * k);
 
-/** The pictures of a motion. */
+/** The pictures of a motion. @param {Motion} motion @param {Units} units */
 export function drawCharts(motion, units) {
   const { kinds, muted } = theme();
   const { arrays } = motion;
   const t = times(arrays.end_t, units.time.k);
   const gap = times(arrays.end_gap, units.length.k);
   const speed = times(arrays.end_velocity, units.speed.k);
-  const struckAt = motion.blows.filter((b) => b.kind === "impact" || b.kind === "chatter");
+  /** @type {{ time: number, impact_velocity: number }[]} */
+  const struckAt = motion.blows.filter((/** @type {any} */ b) => b.kind === "impact" || b.kind === "chatter");
   const [low] = span([gap]);
   const wall = { type: "level", at: 0, colour: muted, width: 3, name: "the wall" };
-  const marks = {
-    type: "points",
-    x: struckAt.map((b) => b.time * units.time.k),
-    y: struckAt.map(() => 0),
-    shape: "disc",
-    colour: kinds[1],
-    size: 5,
-    name: "blow",
-  };
+  const disc = { type: "points", shape: "disc", colour: kinds[1], size: 5 };
+  const at0 = struckAt.map(() => 0);
+  const marks = { ...disc, x: struckAt.map(({ time }) => time * units.time.k), y: at0, name: "blow" };
   const x = { label: labelOf("time", units.time), from: 0, to: (motion.end - motion.begin) * units.time.k || 1 };
   const distance = { label: labelOf("distance from the wall", units.length), from: low, to: -low * 0.12 };
-  parts.history.draw({
+  charts.history.draw({
     x,
     y: distance,
     items: [wall, { type: "line", x: t, y: gap, colour: kinds[0], width: 2, name: "striking end" }, marks],
     about: `Distance of the striking end from the wall over time, ${counted(blowsOf(motion).length, "blow")}`,
   });
   const [vLow, vHigh] = span([speed]);
-  const hits = {
-    type: "points",
-    x: struckAt.map(() => 0),
-    y: struckAt.map((b) => b.impact_velocity * units.speed.k),
-    shape: "disc",
-    colour: kinds[1],
-    size: 5,
-    name: "just before a blow",
-  };
-  parts.portrait.draw({
+  const speeds = struckAt.map(({ impact_velocity: one }) => one * units.speed.k);
+  const hits = { ...disc, x: at0, y: speeds, name: "just before a blow" };
+  charts.portrait.draw({
     x: distance,
     y: { label: labelOf("speed", units.speed), from: vLow, to: vHigh },
     items: [
@@ -95,24 +97,18 @@ export function drawCharts(motion, units) {
     ],
     about: "Phase portrait: speed of the striking end over its distance from the wall",
   });
-  poincare(motion, units, kinds);
-}
-
-function poincare(motion, units, kinds) {
   const { poincare_phase: phase, poincare_velocity: velocity, poincare_settled: settledAt } = motion.arrays;
   const v = times(velocity, units.speed.k);
-  const some = (wish) => {
-    const found = { x: [], y: [] };
-    for (let i = 0; i < phase.length; i++)
-      if ((settledAt[i] === 1) === wish) (found.x.push(phase[i]), found.y.push(v[i]));
-    return found;
+  const some = (/** @type {boolean} */ settled) => {
+    const isOne = (/** @type {any} */ _, /** @type {number} */ i) => (settledAt[i] === 1) === settled;
+    return { x: phase.filter(isOne), y: v.filter(isOne) };
   };
   const [from, to] = span([v]);
   const items = [
     { type: "points", ...some(false), shape: "dot", size: 2.5, colour: kinds[5], name: "on the way" },
     { type: "points", ...some(true), shape: "disc", size: 5, colour: kinds[1], name: "settled" },
   ].filter((item) => item.x.length);
-  parts.poincare.draw({
+  charts.poincare.draw({
     x: { label: inUnit("phase of the load at the impact", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
     y: { label: labelOf("striking speed", units.speed), from, to },
     items,
@@ -120,16 +116,16 @@ function poincare(motion, units, kinds) {
   });
 }
 
-/** The present moment, drawn over the pictures. */
+/** The present moment, drawn over the pictures. @param {Motion} motion @param {Units} units @param {number} time */
 export function followCharts(motion, units, time) {
   const { end_t: t, end_gap: gap, end_velocity: speed } = motion.arrays;
   const i = nearest(t, time);
   const colour = theme().accent;
-  parts.history.over([[t[i] * units.time.k, gap[i] * units.length.k, colour]], time * units.time.k);
-  parts.portrait.over([[gap[i] * units.length.k, speed[i] * units.speed.k, colour]]);
+  charts.history.over([[t[i] * units.time.k, gap[i] * units.length.k, colour]], time * units.time.k);
+  charts.portrait.over([[gap[i] * units.length.k, speed[i] * units.speed.k, colour]]);
 }
 
-/** The index of the last value that is not after `time`; values rise. */
+/** The index of the last value that is not after `time`; values rise. @param {Values} values @param {number} time */
 function nearest(values, time) {
   let low = 0;
   let high = values.length - 1;

@@ -1,5 +1,5 @@
 // @ts-check
-// What is kept and told of a live motion: its name, its strip chart, and where one begins that is on its cycle.
+// What is kept and told of a live motion: its name, and where one begins that is on its cycle.
 //
 // The name is what the motion is by now, in the words of the package: `z=p/n`, p impacts in n periods of the load; `chatter/n` and
 // `rest/n`, with a rest on the wall; `rest` and `departed`, for good. Of a machine that switches itself `runs p/n`, p blows
@@ -189,48 +189,6 @@ function stalls({ law, flight, resting, orders, demanded, inside, since, force }
     return side === "back" ? least > -level : most < (behind === null ? level : -level);
   });
   return idle ? (square > 0 ? "in the chamber" : "leaves") : "";
-}
-
-const POINTS = 2400;
-
-/** The gap over the last time, in a ring. */
-export class Strip {
-  constructor() {
-    this.time = new Float64Array(POINTS);
-    this.gap = new Float64Array(POINTS);
-    this.at = 0;
-    this.size = 0;
-    this.last = -Infinity;
-  }
-
-  /** How densely a span is told, with room for its events. @param {number} span */
-  step(span) {
-    return span / (0.8 * POINTS);
-  }
-
-  /** @param {number} time @param {number} gap */
-  add(time, gap) {
-    this.time[this.at] = this.last = time;
-    this.gap[this.at] = gap;
-    this.at = (this.at + 1) % POINTS;
-    this.size = Math.min(this.size + 1, POINTS);
-  }
-
-  /** Times before now and gaps, ascending to now with the gap then. @param {number} now @param {number} span
-   * @param {number} gap */
-  since(now, span, gap) {
-    /** @type {{time: number[], gap: number[]}} */
-    const found = { time: [], gap: [] };
-    for (let i = 0; i < this.size; i++) {
-      const at = (this.at - this.size + i + POINTS) % POINTS;
-      if (this.time[at] < now - span) continue;
-      found.time.push(this.time[at] - now);
-      found.gap.push(this.gap[at]);
-    }
-    found.time.push(0);
-    found.gap.push(gap);
-    return found;
-  }
 }
 
 /** A machine just after the blow that ends its cycle, as the answer of POST /api/machine has it, to be placed.

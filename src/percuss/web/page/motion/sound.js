@@ -1,43 +1,44 @@
+// @ts-check
 // Each blow as a short ring at its own moment. Blows are placed on the clock of the audio hardware some tenths of a
 // second ahead, from the times that the server gave: when a frame of the screen happens to be drawn does not matter.
 // Nothing sounds until the user has asked for it.
 
 import { number, si } from "../core/format.js";
 
-let context = null;
 let wanted = false;
+/** Where blows go while sound is on, to measure what is heard: a limiter. @type {AudioNode | null} */
 let out = null;
+/** @type {Track | null} */
 let track = null;
+/** @type {LiveTrack | null} */
+let liveTrack = null;
 
 export const AHEAD = 0.4; // s of sound that are placed before their time; a busy page may be late by that much
 
 export const soundOn = () => wanted;
 
+/** @param {boolean} on */
 export async function setSound(on) {
   wanted = on;
   if (!on) {
-    track?.silence();
-    return context?.suspend();
+    hush();
+    return /** @type {AudioContext | undefined} */ (out?.context)?.suspend();
   }
-  if (!context) {
-    context = new AudioContext();
-    out = limited(context);
-    track = new Track(context, out);
+  if (!out) {
+    out = limited(new AudioContext());
+    track = new Track(out.context, out);
   }
-  return context.resume();
+  return /** @type {AudioContext} */ (out.context).resume();
 }
 
-/** Where blows go in a context: a limiter, which leaves all but the sum of many blows as it is. */
+/** Where blows go in a context: a limiter, which leaves all but the sum of many blows as it is. @param {BaseAudioContext} audio */
 export function limited(audio) {
   const limiter = audio.createDynamicsCompressor();
   for (const [name, value] of Object.entries({ threshold: -3, knee: 0, ratio: 20, attack: 0.001, release: 0.05 }))
-    limiter[name].value = value;
+    /** @type {Record<string, any>} */ (limiter)[name].value = value;
   limiter.connect(audio.destination);
   return limiter;
 }
-
-/** The limiter while sound is on, to measure what is heard. */
-export const output = () => out;
 
 const AUDIBLE = [120, 9000]; // Hz
 const PLAIN = 520; // Hz, for a case without seconds
@@ -48,7 +49,8 @@ const FOURTH = 5; // semitones by which it is lower
 export const LEAST = 1e-3; // share of the energy below which a blow is not heard
 
 /** How a blow sounds: pitch in Hz and loudness 0 to 1; `clipped` says which way the mode itself cannot be heard.
- * `frequency` is that of the first mode in Hz, `energy` in J where there is one, `share` of the strongest blow's. */
+ * `frequency` is that of the first mode in Hz, `energy` in J where there is one, `share` of the strongest blow's.
+ * @param {{ frequency?: number | null, energy?: number | null, share: number }} blow */
 export function ring({ frequency, energy, share }) {
   const mode = frequency ?? PLAIN;
   const base = Math.min(Math.max(mode, AUDIBLE[0]), AUDIBLE[1]);
@@ -56,10 +58,15 @@ export function ring({ frequency, energy, share }) {
   const less = share >= SAME ? 0 : 1 - Math.max(share, 0);
   const weaker = less ? APART + 30 * less : 0; // dB
   const pitch = base * 2 ** (-(less ? FOURTH + 7 * less : 0) / 12);
-  return { pitch, loudness: size * 10 ** (-weaker / 20), clipped: base > mode ? "low" : base < mode ? "high" : "", mode };
+  return {
+    pitch,
+    loudness: size * 10 ** (-weaker / 20),
+    clipped: base > mode ? "low" : base < mode ? "high" : "",
+    mode,
+  };
 }
 
-/** How a blow sounds, in words. */
+/** How a blow sounds, in words. @param {Parameters<typeof ring>[0]} about */
 export function heardAs(about) {
   const { pitch, loudness, clipped, mode } = ring(about);
   const words = `${si(pitch, "Hz", 3)}, ${number(100 * loudness, 2)} %`;
@@ -68,36 +75,49 @@ export function heardAs(about) {
 
 /** The blows of a motion, told over and over, on the clock of an audio context. */
 export class Track {
+  /** @param {BaseAudioContext} audio @param {AudioNode} into */
   constructor(audio, into) {
-    Object.assign(this, { audio, into, blows: [], length: 0, rate: 0, placed: [] });
+    this.audio = audio;
+    this.into = into;
+    /** @type {{ time: number, energy?: number | null, share: number }[]} */
+    this.blows = [];
+    /** @type {{ at: number, node: AudioNode }[]} */
+    this.placed = [];
+    /** The frames that its blows are of. @type {any} */
+    this.motion = null;
+    /** @type {number | null | undefined} */
+    this.frequency = null;
+    this.length = this.rate = this.time = this.at = this.turn = this.next = 0;
   }
 
-  /** What is played: `blows` {time, energy, share} in order of time, `length` in the same unit, `frequency` in Hz. */
+  /** What is played: `blows` in order of time, `length` in the same unit, `frequency` in Hz.
+   * @param {{ blows: Track["blows"], length: number, frequency?: number | null }} what */
   load({ blows, length, frequency }) {
     this.silence();
     this.blows = blows.filter(({ share }) => share >= LEAST);
     Object.assign(this, { length, frequency });
   }
 
-  /** From now on: the moment `time` of the motion is at `at` of the clock, and `rate` of its unit pass in a second. */
+  /** From now on: the moment `time` of the motion is at `at` of the clock, and `rate` of its unit pass in a second.
+   * @param {number} time @param {number} rate @param {number} at */
   from(time, rate, at) {
     this.silence();
     Object.assign(this, { time, rate, at, turn: 0, next: 0 });
     while (this.next < this.blows.length && this.blows[this.next].time < time - 1e-9) this.next += 1;
   }
 
-  /** The moment of the motion that is heard at a time of the clock. */
+  /** The moment of the motion that is heard at a time of the clock. @param {number} at */
   moment(at) {
     return this.length > 0 ? (this.time + (at - this.at) * this.rate) % this.length : 0;
   }
 
-  /** When a blow sounds: the one after the last of a turn is the first of the next. */
+  /** When a blow sounds: the one after the last of a turn is the first of the next. @param {number} turn @param {number} index */
   when(turn, index) {
     const [more, i] = [Math.floor(index / this.blows.length), index % this.blows.length];
     return this.at + ((turn + more) * this.length + this.blows[i].time - this.time) / this.rate;
   }
 
-  /** Place every blow that sounds before `until`. */
+  /** Place every blow that sounds before `until`. @param {number} until */
   ahead(until) {
     if (!this.blows.length || !(this.rate > 0) || !(this.length > 0)) return;
     for (;;) {
@@ -125,32 +145,120 @@ export class Track {
   }
 }
 
+/** @typedef {import("./live.js").Live} Live */
+/** @typedef {{frequency?: number | null, joule?: number | null}} About pitch in Hz, and J of a unit of energy */
+
+export const SOON = 0.12; // s of sound that are placed before their time
+const ANEW = 0.08; // s by which picture and sound may be apart before the sound begins anew
+const LATE = 0.005; // s after its moment at which a blow is still placed
+
+/** The blows of a live motion: those of the next tenth of a second are placed, so that a frame that comes late moves no blow,
+ * and what had been placed is dropped as soon as the law of the motion changes, so that a doubling is heard when it comes. */
+export class LiveTrack {
+  /** @param {BaseAudioContext} audio @param {AudioNode} into */
+  constructor(audio, into) {
+    this.audio = audio;
+    this.into = into;
+    /** @type {{at: number, time: number, node: AudioNode}[]} */
+    this.placed = [];
+    this.rate = 0;
+    this.zero = 0; // when on the clock the moment 0 of the motion is
+    this.changes = -1;
+    this.told = -Infinity; // the moment up to which blows are placed
+    this.gap = RING; // s between the last two
+    /** @type {Live | null} */
+    this.live = null;
+  }
+
+  /** Seconds by which the motion is behind the sound. @param {Live} live */
+  behind(live) {
+    return this.live === live && this.rate > 0 ? this.audio.currentTime - this.zero - live.now / this.rate : 0;
+  }
+
+  /** Place what comes; called with every frame. @param {Live} live @param {number} rate units of the motion's time that
+   * pass in a second @param {About} [about] */
+  follow(live, rate, { frequency, joule } = {}) {
+    if (!(rate > 0)) return this.silence();
+    const now = this.audio.currentTime;
+    if (live !== this.live || rate !== this.rate || Math.abs(this.behind(live)) > ANEW) {
+      this.silence();
+      Object.assign(this, { live, rate, zero: now - live.now / rate });
+    } else if (live.changes !== this.changes) this.silence();
+    this.changes = live.changes;
+    const next = (now - this.zero + SOON) * rate - live.now;
+    const blows = live.ahead(Math.max(next, 0)).filter(({ kind }) => kind === "impact");
+    const most = Math.max(...live.blows.map(({ speed }) => speed), ...blows.map(({ speed }) => speed)) ** 2;
+    for (const [i, { after, speed, energy }] of blows.entries()) {
+      const moment = live.now + after;
+      const at = this.zero + moment / rate;
+      const share = speed ** 2 / most;
+      if (moment <= this.told + 1e-9 * rate || at < now - LATE || share < LEAST) continue;
+      const following = blows.slice(i + 1).find((one) => one.speed ** 2 >= LEAST * most);
+      if (following) this.gap = (following.after - after) / rate;
+      const length = Math.min(RING, Math.max(0.9 * this.gap, 0.02));
+      const sounding = ring({ frequency, energy: joule ? energy * joule : null, share });
+      this.placed.push({
+        at,
+        time: moment,
+        node: strike(this.audio, this.into, { at: Math.max(at, now), length, ...sounding }),
+      });
+      this.told = moment;
+    }
+    if (this.placed.length > 256) this.placed = this.placed.filter((one) => one.at > now - RING);
+  }
+
+  /** What has been placed and has not begun is not heard. */
+  silence() {
+    const now = this.audio.currentTime;
+    this.told = -Infinity;
+    for (const { at, time, node } of this.placed)
+      if (at > now) node.disconnect();
+      else this.told = Math.max(this.told, time);
+    this.placed = this.placed.filter(({ at }) => at <= now);
+  }
+}
+
 /** Sound as the stage plays: called with every frame. It begins anew only when the motion or its pace is another one;
- * the picture follows the sound, and not the other way round (`lag`). */
+ * the picture follows the sound, and not the other way round (`lag`).
+ * @param {import("./stage.js").Stage} stage @param {number | null | undefined} frequency */
 export function follow(stage, frequency) {
-  if (!wanted || context?.state !== "running" || !stage.playing) return;
+  if (!wanted || !track || track.audio.state !== "running" || !stage.playing) return;
   if (track.motion !== stage.motion || track.length !== stage.length) {
-    const blows = stage.heard.map((blow) => ({ ...blow, energy: blow.energy_J, share: stage.share(blow) }));
+    const blows = stage.heard.map((blow) => ({ time: blow.time, energy: blow.energy_J, share: stage.share(blow) }));
     track.load({ blows, length: stage.length, frequency });
     track.motion = stage.motion;
   }
-  const now = context.currentTime;
+  const now = track.audio.currentTime;
   if (track.rate !== stage.rate) track.from(stage.time, stage.rate, now);
   track.ahead(now + AHEAD);
 }
 
-/** Seconds by which the picture is behind the sound; 0 without sound. */
+/** Seconds by which the picture is behind the sound; 0 without sound. @param {import("./stage.js").Stage} stage */
 export function lag(stage) {
-  const together = wanted && context?.state === "running" && track.motion === stage.motion && track.rate === stage.rate;
-  if (!together) return 0;
-  const apart = track.moment(context.currentTime) - stage.time;
+  if (!wanted || !track || track.audio.state !== "running") return 0;
+  if (track.motion !== stage.motion || track.rate !== stage.rate) return 0;
+  const apart = track.moment(track.audio.currentTime) - stage.time;
   return (apart - stage.length * Math.round(apart / stage.length)) / stage.rate; // a motion begins again at its end
 }
 
-/** The play has stopped, or jumped. */
-export const hush = () => track?.silence();
+/** Sound as a live motion goes on: called with every frame; silent while the user has not asked for it.
+ * @param {Live} live @param {number} rate @param {About} [about] @returns {number} seconds by which the motion is behind */
+export function followLive(live, rate, about) {
+  if (!wanted || out?.context.state !== "running") return 0;
+  liveTrack ??= new LiveTrack(out.context, out);
+  liveTrack.follow(live, rate, about);
+  return liveTrack.behind(live);
+}
 
-/** One blow into a node of an audio context, at a time of it; the node that is its volume. */
+/** The play has stopped, or jumped. */
+export function hush() {
+  track?.silence();
+  liveTrack?.silence();
+}
+
+/** One blow into a node of an audio context, at a time of it; the node that is its volume.
+ * @param {BaseAudioContext} audio @param {AudioNode} into
+ * @param {{ at: number, pitch: number, loudness: number, length?: number }} blow */
 export function strike(audio, into, { at, pitch, loudness, length = RING }) {
   const gain = audio.createGain();
   gain.connect(into);
@@ -178,6 +286,7 @@ export function strike(audio, into, { at, pitch, loudness, length = RING }) {
   return gain;
 }
 
+/** @param {BaseAudioContext} audio @param {AudioNode} into @param {number} at @param {number} length */
 function sound(audio, into, at, length) {
   const tone = audio.createOscillator();
   tone.connect(into);
