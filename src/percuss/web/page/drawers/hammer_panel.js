@@ -11,7 +11,7 @@ import { LongQuestion } from "./long_question.js";
 /** @typedef {{ name: string, value: number, low: number, high: number, unit: string, label: string }} Parameter */
 
 /** The questions: their fields; and, where there are ranges, how one is written, and what an empty field means.
- * @type {Record<string, { name: string, fields: string[], label?: string, example?: string, range?: (one: Parameter) => string }>} */
+ * @type {Record<string, { name: string, fields: string[], label?: string, example?: string, range?: (one: any) => string }>} */
 const QUESTIONS = {
   design: {
     name: "the best hammer within ranges",
@@ -69,7 +69,7 @@ export function start(place) {
         ([name, { name: words }]) => /** @type {[string, string]} */ ([name, words]),
       );
       const pick = select("Question", questions, asking(), (ask) => show({ ask }), { id: "hammer-question" });
-      const fields = QUESTIONS[asking()].fields.map((name) => FIELDS[name].control());
+      const fields = QUESTIONS[asking()].fields.map((name) => FIELDS[name]());
       put(form, h("div", { class: "row" }, pick), fields, h("div", { class: "row" }, question.go, question.cancel));
     },
   );
@@ -136,97 +136,78 @@ function lines(name, label, example, add, kept = name) {
 /** @returns {[string, string][]} */
 const figures = () => data.about.figures.map((/** @type {any} */ { name, label }) => [name, label]);
 
-/** The fields: each its control, and what it adds to the question. @type {Record<string, { control: () => HTMLElement, body: () => Record<string, any> }>} */
+/** @param {number} size */
+const whole = (size) => Math.min(10000, Math.max(20, Math.round(size) || 600));
+
+/** The controls of the fields, by name. @type {Record<string, () => HTMLElement>} */
 const FIELDS = {
-  goal: {
-    control: () => {
-      const sense = (/** @type {string} */ word) => (chosen.greatest = word === "most");
-      const figure = (/** @type {string} */ name) => (chosen.figure = name);
-      const words = /** @type {[string, string][]} */ ([
-        ["most", "most"],
-        ["least", "least"],
-      ]);
-      return h(
-        "div",
-        { class: "row" },
-        select("The", words, chosen.greatest ? "most" : "least", sense, { id: "hammer-sense" }),
-        select("Figure", figures(), chosen.figure, figure, { id: "hammer-figure" }),
-      );
-    },
-    body: () => ({ figure: chosen.figure, greatest: chosen.greatest }),
+  goal: () => {
+    const sense = (/** @type {string} */ word) => (chosen.greatest = word === "most");
+    const figure = (/** @type {string} */ name) => (chosen.figure = name);
+    const senses = /** @type {[string, string][]} */ (["most", "least"].map((word) => [word, word]));
+    return h(
+      "div",
+      { class: "row" },
+      select("The", senses, chosen.greatest ? "most" : "least", sense, { id: "hammer-sense" }),
+      select("Figure", figures(), chosen.figure, figure, { id: "hammer-figure" }),
+    );
   },
-  vary: {
-    control: () => {
-      const { label = "", example = "", range } = QUESTIONS[asking()];
-      /** @type {Parameter[]} */
-      const known = data.info.parameters.filter((/** @type {Parameter} */ { name }) => name.includes("."));
-      const options = known.map((one) => /** @type {[string, string]} */ ([one.name, `${one.label} (${one.name})`]));
-      const line = (/** @type {string} */ name) =>
-        /** @type {any} */ (range)(data.info.parameters.find((/** @type {Parameter} */ one) => one.name === name));
-      return lines("vary", label, example, { label: "Add a number", options, line }, `vary ${asking()}`);
-    },
-    body: () => ({ vary: rows(`vary ${asking()}`) }),
+  vary: () => {
+    const { label = "", example = "", range = String } = QUESTIONS[asking()];
+    const known = new Map(data.info.parameters.map((/** @type {Parameter} */ one) => [one.name, one]));
+    const keys = [...known.values()].filter(({ name }) => name.includes("."));
+    const options = keys.map((one) => /** @type {[string, string]} */ ([one.name, `${one.label} (${one.name})`]));
+    const line = (/** @type {string} */ name) => range(known.get(name));
+    return lines("vary", label, example, { label: "Add a number", options, line }, `vary ${asking()}`);
   },
-  limits: {
-    control: () => {
-      const add = { label: "Add a limit", options: figures(), line: (/** @type {string} */ name) => `${name}<` };
-      return lines("limits", "Limits, a line each", "steel.stress<400MPa", add);
-    },
-    body: () => ({ limits: rows("limits") }),
+  limits: () => {
+    const add = { label: "Add a limit", options: figures(), line: (/** @type {string} */ name) => `${name}<` };
+    return lines("limits", "Limits, a line each", "steel.stress<400MPa", add);
   },
-  hammers: {
-    control: () => {
-      const onchange = () => (chosen.hammers = Math.min(10000, Math.max(20, Math.round(Number(input.value)) || 600)));
-      const own = {
-        type: "number",
-        id: "hammer-hammers",
-        min: 20,
-        max: 10000,
-        step: 1,
-        ".value": String(chosen.hammers),
-      };
-      const input = h("input", { ...own, onchange });
-      return labelled("Hammers, about", input);
-    },
-    body: () => ({ hammers: chosen.hammers }),
+  hammers: () => {
+    const own = {
+      type: "number",
+      id: "hammer-hammers",
+      min: 20,
+      max: 10000,
+      step: 1,
+      ".value": String(chosen.hammers),
+    };
+    const input = h("input", { ...own, onchange: () => (chosen.hammers = whole(Number(input.value))) });
+    return labelled("Hammers, about", input);
   },
-  plane: {
-    control: () => {
-      const onchange = () => (chosen.plane = tick.checked);
-      const tick = h("input", { type: "checkbox", id: "hammer-plane", ".checked": chosen.plane, onchange });
-      const words = "with a map of the first two ranges: which hammers keep the limits";
-      return h("label", { class: "row middle" }, tick, words);
-    },
-    body: () => ({ plane: chosen.plane }),
+  plane: () => {
+    const onchange = () => (chosen.plane = tick.checked);
+    const tick = h("input", { type: "checkbox", id: "hammer-plane", ".checked": chosen.plane, onchange });
+    const words = "with a map of the first two ranges: which hammers keep the limits";
+    return h("label", { class: "row middle" }, tick, words);
   },
-  beside: {
-    control: () => {
-      const options = data.machines.map((/** @type {any} */ { name, title }) => [name, title ?? name]);
-      const add = { label: "Add a machine", options, line: (/** @type {string} */ name) => name };
-      const label = "Others, a line each: a machine, or other numbers of the case";
-      return lines("beside", label, "contact.restitution=0.3", add);
-    },
-    body: () => ({ beside: rows("beside") }),
+  beside: () => {
+    const options = data.machines.map((/** @type {any} */ { name, title }) => [name, title ?? name]);
+    const add = { label: "Add a machine", options, line: String };
+    const label = "Others, a line each: a machine, or other numbers of the case";
+    return lines("beside", label, "contact.restitution=0.3", add);
   },
-  given: {
-    control: () => lines("given", "What is only given, and how far it may be off, a line each", "bar.diameter=±0.2mm"),
-    body: () => ({ given: rows("given") }),
-  },
-  blows: {
-    control: () => {
-      const onchange = async () => takeBlows((await input.files?.[0]?.text()) ?? "", input.files?.[0]?.name ?? "");
-      const input = h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange });
-      const label = "Measured blows, a row each, as CSV: time [s], rebound speed [m/s], …";
-      return labelled(label, input, blowsOf);
-    },
-    body: () => ({ blows: chosen.blows }),
+  given: () => lines("given", "What is only given, and how far it may be off, a line each", "bar.diameter=±0.2mm"),
+  blows: () => {
+    const onchange = async () => takeBlows((await input.files?.[0]?.text()) ?? "", input.files?.[0]?.name ?? "");
+    const input = h("input", { type: "file", id: "hammer-blows", accept: ".csv,.txt,text/csv", onchange });
+    const label = "Measured blows, a row each, as CSV: time [s], rebound speed [m/s], …";
+    return labelled(label, input, blowsOf);
   },
 };
+
+/** What a field adds to the question. @param {string} name */
+function bodyOf(name) {
+  if (name === "goal") return { figure: chosen.figure, greatest: chosen.greatest };
+  if (name === "vary") return { vary: rows(`vary ${asking()}`) };
+  return { [name]: name in chosen ? /** @type {any} */ (chosen)[name] : rows(name) };
+}
 
 async function run() {
   if (question.running) return;
   const body = { case: data.tables, question: asking() };
-  Object.assign(body, ...QUESTIONS[asking()].fields.map((name) => FIELDS[name].body()));
+  Object.assign(body, ...QUESTIONS[asking()].fields.map(bodyOf));
   answered = null;
   put(answer);
   const how = await question.ask("hammer", body, (event, found) => {

@@ -3,6 +3,7 @@
 // closed form (live.js); when all is still and it has settled on the steady motion, the server's exact cycle, with all its
 // ringing, takes over at a blow, and the other way round.
 
+import { placeIn, valueIn } from "../core/rising.js";
 import { Live } from "./live.js";
 import { follow, followLive, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
@@ -189,19 +190,12 @@ export class LiveStage extends Stage {
   /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. @returns {any} */
   stateOfFrame() {
     const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
-    let [low, high] = [0, t.length - 1];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (t[middle] <= this.time) low = middle;
-      else high = middle;
-    }
-    const share = t[high] > t[low] ? Math.min(Math.max((this.time - t[low]) / (t[high] - t[low]), 0), 1) : 0;
-    const between = (/** @type {Float32Array} */ list) => list[low] + share * (list[high] - list[low]);
-    const through = between(gap);
+    const at = placeIn(t, this.time);
+    const through = valueIn(gap, at);
     return {
       gap: Math.min(through, 0),
       through,
-      velocity: between(velocity),
+      velocity: valueIn(velocity, at),
       phase: (this.motion.load_phase + this.time) % TURN,
     };
   }

@@ -4,6 +4,7 @@
 import { Chart, PHASES, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
 import { counted, inUnit, scaleOf } from "../core/format.js";
+import { placeIn, valueIn } from "../core/rising.js";
 
 /** A motion of the server. @typedef {import("./stage.js").Motion} Motion */
 /** @typedef {import("./player.js").Unit} Unit */
@@ -119,20 +120,9 @@ export function drawCharts(motion, units) {
 /** The present moment, drawn over the pictures. @param {Motion} motion @param {Units} units @param {number} time */
 export function followCharts(motion, units, time) {
   const { end_t: t, end_gap: gap, end_velocity: speed } = motion.arrays;
-  const i = nearest(t, time);
+  const at = placeIn(t, time);
+  const [x, far, fast] = [time * units.time.k, valueIn(gap, at) * units.length.k, valueIn(speed, at) * units.speed.k];
   const colour = theme().accent;
-  charts.history.over([[t[i] * units.time.k, gap[i] * units.length.k, colour]], time * units.time.k);
-  charts.portrait.over([[gap[i] * units.length.k, speed[i] * units.speed.k, colour]]);
-}
-
-/** The index of the last value that is not after `time`; values rise. @param {Values} values @param {number} time */
-function nearest(values, time) {
-  let low = 0;
-  let high = values.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (values[middle] <= time) low = middle;
-    else high = middle - 1;
-  }
-  return low;
+  charts.history.over([[x, far, colour]], x);
+  charts.portrait.over([[far, fast, colour]]);
 }

@@ -73,16 +73,43 @@ export function heardAs(about) {
   return clipped ? `${words}; the first mode, ${si(mode, "Hz", 3)}, is too ${clipped} to hear` : words;
 }
 
-/** The blows of a motion, told over and over, on the clock of an audio context. */
-export class Track {
+const LATE = 0.005; // s after its moment at which a blow is still placed
+
+/** Blows on the clock of an audio context. */
+class Clock {
   /** @param {BaseAudioContext} audio @param {AudioNode} into */
   constructor(audio, into) {
     this.audio = audio;
     this.into = into;
+    /** Those that are placed: when they sound, and at which moment of the motion. @type {{ at: number, time: number, node: AudioNode }[]} */
+    this.placed = [];
+  }
+
+  /** Place one; the next follows it by `gap`, so that those which follow fast are kept apart.
+   * @param {number} at @param {number} gap @param {Parameters<typeof ring>[0]} about @param {number} time */
+  place(at, gap, about, time) {
+    const now = this.audio.currentTime;
+    const length = Math.min(RING, Math.max(0.9 * gap, 0.02));
+    const node = strike(this.audio, this.into, { at: Math.max(at, now), length, ...ring(about) });
+    this.placed.push({ at, time, node });
+    if (this.placed.length > 512) this.placed = this.placed.filter((one) => one.at > now - RING);
+  }
+
+  /** What has been placed and has not begun is not heard. */
+  silence() {
+    const now = this.audio.currentTime;
+    for (const { at, node } of this.placed) if (at > now) node.disconnect();
+    this.placed = this.placed.filter(({ at }) => at <= now);
+  }
+}
+
+/** The blows of a motion, told over and over. */
+export class Track extends Clock {
+  /** @param {BaseAudioContext} audio @param {AudioNode} into */
+  constructor(audio, into) {
+    super(audio, into);
     /** @type {{ time: number, energy?: number | null, share: number }[]} */
     this.blows = [];
-    /** @type {{ at: number, node: AudioNode }[]} */
-    this.placed = [];
     /** The frames that its blows are of. @type {any} */
     this.motion = null;
     /** @type {number | null | undefined} */
@@ -123,24 +150,16 @@ export class Track {
     for (;;) {
       const at = this.when(this.turn, this.next);
       if (at >= until) return;
-      const index = this.next % this.blows.length;
-      const gap = this.when(this.turn, this.next + 1) - at; // blows that follow fast are kept apart
-      const { energy, share } = this.blows[index];
-      const sounding = ring({ frequency: this.frequency, energy, share });
-      if (at >= this.audio.currentTime - 0.005) {
-        const length = Math.min(RING, Math.max(0.9 * gap, 0.02));
-        this.placed.push({ at, node: strike(this.audio, this.into, { at, length, ...sounding }) });
-      }
+      const { time, energy, share } = this.blows[this.next % this.blows.length];
+      const gap = this.when(this.turn, this.next + 1) - at;
+      if (at >= this.audio.currentTime - LATE) this.place(at, gap, { frequency: this.frequency, energy, share }, time);
       this.next += 1;
       if (this.next >= this.blows.length) [this.turn, this.next] = [this.turn + 1, this.next - this.blows.length];
-      if (this.placed.length > 512) this.placed = this.placed.filter((one) => one.at > this.audio.currentTime - RING);
     }
   }
 
-  /** What has been placed and has not begun is not heard. */
   silence() {
-    for (const { at, node } of this.placed) if (at > this.audio.currentTime) node.disconnect();
-    this.placed = [];
+    super.silence();
     this.rate = 0;
   }
 }
@@ -150,17 +169,13 @@ export class Track {
 
 export const SOON = 0.12; // s of sound that are placed before their time
 const ANEW = 0.08; // s by which picture and sound may be apart before the sound begins anew
-const LATE = 0.005; // s after its moment at which a blow is still placed
 
 /** The blows of a live motion: those of the next tenth of a second are placed, so that a frame that comes late moves no blow,
  * and what had been placed is dropped as soon as the law of the motion changes, so that a doubling is heard when it comes. */
-export class LiveTrack {
+export class LiveTrack extends Clock {
   /** @param {BaseAudioContext} audio @param {AudioNode} into */
   constructor(audio, into) {
-    this.audio = audio;
-    this.into = into;
-    /** @type {{at: number, time: number, node: AudioNode}[]} */
-    this.placed = [];
+    super(audio, into);
     this.rate = 0;
     this.zero = 0; // when on the clock the moment 0 of the motion is
     this.changes = -1;
@@ -195,26 +210,14 @@ export class LiveTrack {
       if (moment <= this.told + 1e-9 * rate || at < now - LATE || share < LEAST) continue;
       const following = blows.slice(i + 1).find((one) => one.speed ** 2 >= LEAST * most);
       if (following) this.gap = (following.after - after) / rate;
-      const length = Math.min(RING, Math.max(0.9 * this.gap, 0.02));
-      const sounding = ring({ frequency, energy: joule ? energy * joule : null, share });
-      this.placed.push({
-        at,
-        time: moment,
-        node: strike(this.audio, this.into, { at: Math.max(at, now), length, ...sounding }),
-      });
+      this.place(at, this.gap, { frequency, energy: joule ? energy * joule : null, share }, moment);
       this.told = moment;
     }
-    if (this.placed.length > 256) this.placed = this.placed.filter((one) => one.at > now - RING);
   }
 
-  /** What has been placed and has not begun is not heard. */
   silence() {
-    const now = this.audio.currentTime;
-    this.told = -Infinity;
-    for (const { at, time, node } of this.placed)
-      if (at > now) node.disconnect();
-      else this.told = Math.max(this.told, time);
-    this.placed = this.placed.filter(({ at }) => at <= now);
+    super.silence();
+    this.told = Math.max(-Infinity, ...this.placed.map(({ time }) => time));
   }
 }
 
@@ -265,11 +268,8 @@ export function strike(audio, into, { at, pitch, loudness, length = RING }) {
   gain.gain.setValueAtTime(0, at);
   gain.gain.linearRampToValueAtTime(0.3 * loudness, at + 0.002); // a single blow stays below the limiter
   gain.gain.exponentialRampToValueAtTime(0.0004 * loudness, at + length);
-  for (const [part, share] of [
-    [1, 1],
-    [2, 0.35],
-    [3, 0.15],
-  ]) {
+  for (const [i, share] of [1, 0.35, 0.15].entries()) {
+    const part = i + 1;
     if (pitch * part > 16000) continue;
     const level = audio.createGain();
     level.gain.value = share;
