@@ -2,7 +2,7 @@
 // A field of the case form: its label, its input or its choice, its hint and its problem, all by the key that it sets.
 
 import { said } from "../core/api.js";
-import { $$, h, put, settled } from "../core/dom.js";
+import { $$, h, menu, put, settled } from "../core/dom.js";
 import { typed } from "./fields.js";
 import { steps, valueAt } from "../core/moves.js";
 import { setKey } from "../core/state.js";
@@ -35,12 +35,9 @@ export function field([key, label, hint, list]) {
  * @param {string} key @param {string} label @param {[any, string][]} options @param {any} present
  * @param {(value: string) => void} change @param {string} hint */
 export function choice(key, label, options, present, change, hint) {
+  /** @type {[any, string][]} */
   const own = options.some(([value]) => String(value) === String(present)) ? options : [[present, present], ...options];
-  const box = h(
-    "select",
-    { id: idOf(key), "aria-describedby": describedBy(key), onchange: () => change(box.value) },
-    own.map(([value, words]) => h("option", { value, selected: String(value) === String(present) }, words)),
-  );
+  const box = menu(own, present, change, { id: idOf(key), "aria-describedby": describedBy(key) });
   return framed(key, label, box, hint);
 }
 

@@ -23,7 +23,7 @@ const LAW_HINT = "the law; a change keeps the damping of the first mode";
 const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
 
 /** The law of the case by its word; what stands in its place in a link is told of by the server. @param {Tables} tables */
-export function lawOf({ bar, system }) {
+function lawOf({ bar, system }) {
   const { damping, drag } = bar ?? system ?? {};
   if (isTable(damping)) return String(damping.kind);
   if (damping !== undefined) return String(damping);

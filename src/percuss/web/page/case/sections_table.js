@@ -2,7 +2,7 @@
 // The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI
 // their sizes and materials, in plain numbers their impedances and transit times.
 
-import { button, h, segments, table } from "../core/dom.js";
+import { button, h, menu, segments, table } from "../core/dom.js";
 import { idOf, input, problemOf } from "./form_fields.js";
 import { plainNumber, quantity } from "../core/format.js";
 import { flush } from "../core/signals.js";
@@ -96,16 +96,13 @@ const TOOL = {
 /** Whether the bar is uniform or has sections, as two buttons. @param {Tables} tables */
 export function uniformOrSections(tables) {
   const now = sectioned(tables);
-  const one = (
-    /** @type {string} */ id,
-    /** @type {string} */ words,
-    /** @type {boolean} */ on,
-    /** @type {(tables: Tables) => Tables} */ made,
-  ) => button(words, () => on || setTables(made(data.tables)), { id, "aria-pressed": String(on) });
+  const pressed = (/** @type {boolean} */ on) => ({ "aria-pressed": String(on) });
+  const toUniform = () => now && setTables(uniform(data.tables));
+  const toSections = () => now || setTables(inSections(data.tables));
   return segments(
     "The bar is",
-    one("bar-uniform", "Uniform", !now, uniform),
-    one("bar-sections", "Sections", now, inSections),
+    button("Uniform", toUniform, { id: "bar-uniform", ...pressed(!now) }),
+    button("Sections", toSections, { id: "bar-sections", ...pressed(now) }),
   );
 }
 
@@ -146,11 +143,8 @@ const given = (table) => Object.fromEntries(Object.entries(table).filter(([, val
 function wholeLength(tables) {
   const parts = rowsOf(tables).map((row) => quantity(row?.length));
   const unit = parts[0]?.unit;
-  if (parts.every((part) => part?.unit === unit))
-    return `${plainNumber(
-      parts.reduce((sum, part) => sum + /** @type {any} */ (part).value, 0),
-      12,
-    )} ${unit}`.trim();
+  const whole = parts.reduce((sum, part) => sum + (part?.value ?? 0), 0);
+  if (parts.every((part) => part?.unit === unit)) return `${plainNumber(whole, 12)} ${unit}`.trim();
   return data.info?.bar ? `${plainNumber(data.info.bar.length_m * 1e3, 6)} mm` : undefined;
 }
 
@@ -164,6 +158,7 @@ export const toolTable = (tables) => tableOf(TOOL, tables);
 function tableOf(chain, tables) {
   const { form, columns, id } = chain;
   const { length } = chain.rows(tables);
+  const rows = Array.from({ length }, (_, i) => row(chain, i, length));
   const heads = ["No.", ...columns.map(([, label]) => label), ""];
   const lists = form === "system" ? PLAIN.map(([name]) => `system.${name}`) : [`${form}.sections`];
   const add = () => {
@@ -176,15 +171,7 @@ function tableOf(chain, tables) {
     { class: "wide", id },
     h("legend", {}, chain.legend),
     h("p", { class: "hint small muted", id: `${id}-hint` }, chain.hint),
-    h(
-      "div",
-      { class: "scroll" },
-      table(
-        heads,
-        Array.from({ length }, (_, i) => row(chain, i, length)),
-        { class: "sections", "aria-describedby": `${id}-hint` },
-      ),
-    ),
+    h("div", { class: "scroll" }, table(heads, rows, { class: "sections", "aria-describedby": `${id}-hint` })),
     lists.map(problemOf),
     h("div", { class: "row" }, button("Add a section", add, { id: `${id}-add` })),
   );
@@ -202,13 +189,12 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
     const control = name === "material" ? materials(key, told) : input(key, told);
     return [control, problemOf(key)];
   };
-  const arrow = (
-    /** @type {string} */ name,
-    /** @type {string} */ sign,
-    /** @type {string} */ words,
-    /** @type {boolean} */ off,
-    /** @type {() => void} */ press,
-  ) => button(sign, press, { id: `${id}-${name}-${i}`, "aria-label": words, title: words, ".disabled": off });
+  const told = (/** @type {string} */ name, /** @type {string} */ words, /** @type {boolean} */ off) => ({
+    id: `${id}-${name}-${i}`,
+    "aria-label": words,
+    title: words,
+    ".disabled": off,
+  });
   const swap = (/** @type {number} */ to) => () => {
     const next = [...rows(data.tables)];
     [next[i], next[to]] = [next[to], next[i]];
@@ -224,9 +210,9 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
   const moves = h(
     "div",
     { class: "row" },
-    arrow("up", "↑", `Move ${own} toward the ${ends[0]}`, i === 0, swap(i - 1)),
-    arrow("down", "↓", `Move ${own} toward the ${ends[1]}`, i === count - 1, swap(i + 1)),
-    arrow("remove", "×", `Remove ${own}`, count === 1, remove),
+    button("↑", swap(i - 1), told("up", `Move ${own} toward the ${ends[0]}`, i === 0)),
+    button("↓", swap(i + 1), told("down", `Move ${own} toward the ${ends[1]}`, i === count - 1)),
+    button("×", remove, told("remove", `Remove ${own}`, count === 1)),
   );
   return [h("th", { scope: "row" }, String(i + 1)), ...columns.map(cell), h("td", { class: "moves" }, moves)];
 }
@@ -234,13 +220,9 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
 /** The choice of a material. @param {string} key @param {Record<string, any>} told */
 function materials(key, told) {
   const words = Object.keys(data.about.materials).map((name) => [name, name.replaceAll("_", " ")]);
+  /** @type {any[]} */
   const options = [["", key.startsWith("tool.") ? "steel" : "as the bar"], ...words];
-  const box = h(
-    "select",
-    { id: idOf(key), "data-key": key, onchange: () => setKey(key, typed(box.value)), ...told },
-    options.map(([value, text]) => h("option", { value }, text)),
-  );
-  return box;
+  return menu(options, "", (text) => setKey(key, typed(text)), { id: idOf(key), "data-key": key, ...told });
 }
 
 /** The first of these that can be used has the focus: nobody at the keyboard loses their place. @param {string[]} ids */

@@ -76,16 +76,17 @@ export function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** A labelled select. @param {string} label @param {[string | number, string][]} options what each stands for, and its text
- * @param {string | number} value @param {(value: string) => void} onchange @param {Record<string, any>} [attributes] */
-export function select(label, options, value, onchange, attributes = {}) {
-  const box = h(
-    "select",
-    { ...attributes, onchange: (/** @type {any} */ event) => onchange(event.target.value) },
-    options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)),
-  );
-  return labelled(label, box);
+/** A menu. @param {[string | number, string][]} options what each stands for, and its text @param {string | number} value
+ * @param {(value: string) => void} onchange @param {Record<string, any>} [attributes] */
+export function menu(options, value, onchange, attributes = {}) {
+  const one = (/** @type {[string | number, string]} */ [key, text]) =>
+    h("option", { value: key, selected: String(key) === String(value) }, text);
+  const box = h("select", { ...attributes, onchange: () => onchange(box.value) }, options.map(one));
+  return box;
 }
+
+/** A menu with its label above it. @param {string} label @param {Parameters<typeof menu>} of */
+export const select = (label, ...of) => labelled(label, menu(...of));
 
 /** A control with its label above it. @param {string} label @param {Child} control @param {Child[]} more */
 export const labelled = (label, control, ...more) => h("label", { class: "pick" }, h("span", {}, label), control, more);

@@ -67,12 +67,8 @@ export function start(place) {
 
 function fields() {
   const { limits, distributions } = data.about;
-  const whole = (
-    /** @type {string} */ name,
-    /** @type {string} */ label,
-    /** @type {number} */ min,
-    /** @type {number} */ max,
-  ) => {
+  /** @param {string} name @param {string} label @param {number} min @param {number} max */
+  const whole = (name, label, min, max) => {
     const onchange = () => show({ [name]: Math.round(Number(input.value)) || min });
     const input = h("input", { type: "number", id: `experiment-${name}`, min, max, step: 1, onchange });
     return labelled(label, input);

@@ -13,15 +13,13 @@ const TURN = 2 * Math.PI;
 
 /** @typedef {{ phase: number, speed: number }} Blow */
 
-const canvas = /** @type {HTMLCanvasElement} */ (
-  h("canvas", {
-    id: "blows-inset",
-    width: 2 * WIDTH,
-    height: 2 * HEIGHT,
-    role: "img",
-    "aria-label": "The last blows: phase and speed",
-  })
-);
+const size = { width: 2 * WIDTH, height: 2 * HEIGHT };
+const canvas = h("canvas", {
+  id: "blows-inset",
+  ...size,
+  role: "img",
+  "aria-label": "The last blows: phase and speed",
+});
 /** @type {Blow[]} */
 let blows = [];
 

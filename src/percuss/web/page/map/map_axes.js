@@ -1,7 +1,7 @@
 // @ts-check
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
-import { $, h, put } from "../core/dom.js";
+import { $, h, menu, put } from "../core/dom.js";
 import { inUnit, number, plainNumber, withUnit } from "../core/format.js";
 import { isRange, rangeOf, rangeText } from "../core/moves.js";
 import { effect, whenever } from "../core/signals.js";
@@ -122,26 +122,17 @@ export function startChoices(above, below) {
   const names = () =>
     data.info.parameters.map((/** @type {any} */ { name, label, unit }) => [name, inUnit(label, unit)]);
   const chosen = () => ({ x: axis("x").name, y: axis("y").name, q: shownName() });
-  const menu = (
-    /** @type {Which | "q"} */ which,
-    /** @type {string} */ title,
-    /** @type {[string, string][]} */ options,
-  ) => {
-    const now = chosen()[which];
-    const onchange = () => show(which === "q" ? { q: box.value } : chosenAxis(which, box.value));
-    const box = h(
-      "select",
-      { id: `map-${which}`, "aria-label": title, title, onchange },
-      options.map(([value, text]) => h("option", { value, selected: value === now }, text)),
-    );
-    return box;
+  /** @param {Which | "q"} which @param {string} title @param {[string, string][]} options */
+  const pick = (which, title, options) => {
+    const onchange = (/** @type {string} */ name) => show(which === "q" ? { q: name } : chosenAxis(which, name));
+    return menu(options, chosen()[which], onchange, { id: `map-${which}`, "aria-label": title, title });
   };
   const build = () => {
     const range = h("span", { class: "range" }, edge("y", "from"), "…", edge("y", "to"));
     const colours = Object.entries(kinds()).map(([name, { label }]) => /** @type {[string, string]} */ ([name, label]));
     const problem = h("p", { class: "problem", role: "alert", id: "map-range-problem" });
-    put(above, menu("y", "Up", names()), range, menu("q", "Colour", colours));
-    put(below, edge("x", "from"), menu("x", "Across", names()), edge("x", "to"), problem);
+    put(above, pick("y", "Up", names()), range, pick("q", "Colour", colours));
+    put(below, edge("x", "from"), pick("x", "Across", names()), edge("x", "to"), problem);
   };
   whenever(() => ready() && [names(), chosen(), Object.keys(kinds())], build);
   effect(() => ready() && fillEdges());

@@ -30,11 +30,9 @@ export const defaults = {
 /** @typedef {import("./map_levels.js").Wanted} Wanted */
 /** A place in the plane. @typedef {{ x: number, y: number }} Place */
 
-const chart = new Chart("Plane of two parameters", {
-  kind: "map",
-  role: "application",
-  about: "Plane of two parameters",
-});
+const TITLE = "Plane of two parameters";
+
+const chart = new Chart(TITLE, { kind: "map", role: "application", about: TITLE });
 const { canvas } = chart;
 const readout = h("p", { class: "small", id: "map-readout", "aria-live": "polite" });
 const status = h("p", { class: "small muted", id: "map-status", role: "status" });
@@ -56,13 +54,8 @@ export function startMap(place) {
   bar.hidden = true;
   const above = h("div", { class: "axes" });
   const below = h("div", { class: "axes across" });
-  const words = h(
-    "div",
-    { class: "map-words" },
-    readout,
-    h("div", { class: "map-status" }, status, bar),
-    followedRow(repaint),
-  );
+  const progress = h("div", { class: "map-status" }, status, bar);
+  const words = h("div", { class: "map-words" }, readout, progress, followedRow(repaint));
   put(place, h("div", { class: "axes-row" }, above, chart.saving), chart.figure, below, chart.key, words);
   chart.figure.append(tip, blowsInset());
   startChoices(above, below);
@@ -90,8 +83,7 @@ const moveOnly = () =>
 /** Ask for the map of the case as it is now, unless that is under way or there. */
 function compute() {
   if (!data.about || !answered() || data.problems.length) return;
-  const x = axis("x");
-  const y = axis("y");
+  const [x, y] = [axis("x"), axis("y")];
   if (x.name === y.name) return put(status, "Choose two different parameters.");
   const map = wanted(x, y, Math.min(since, answered().changed)); // a late answer has the tables of its own change
   if (uptodate() && !data.moved?.length) wantFollowed(x, y, since);
@@ -123,14 +115,8 @@ function failed(error) {
   if (error.name === "AbortError") return;
   key = "";
   bar.hidden = true;
-  put(
-    status,
-    problem({
-      message: problemsOf(error)
-        .map((one) => saidOf(one).join(""))
-        .join("; "),
-    }),
-  );
+  const words = problemsOf(error).map((one) => saidOf(one).join(""));
+  put(status, problem({ message: words.join("; ") }));
 }
 
 /** Finer and finer, and the curves; where cells take long, some points of the curves first. @param {Wanted} map @param {number} cost */
@@ -192,21 +178,16 @@ const shownHere = (x, y) => Boolean(plane?.canvas && like(plane.x, x) && like(pl
 /** Whether it is of the case as it is now, but for a move along its axes. @param {Axis} x @param {Axis} y */
 const ofNow = (x, y) => shownHere(x, y) && Number(plane?.version) >= since;
 
-/** Where the design stands in the plane. */
+/** Where the design stands in the plane. @returns {Place | null} */
 function design() {
-  const at = (/** @type {Which} */ which) => {
-    const { name } = axis(which);
-    if (name === "m") return view.m;
-    return data.tables ? present(data, name) : undefined;
-  };
-  return { x: at("x"), y: at("y") };
+  if (!data.tables) return null;
+  const [x, y] = [axis("x").name, axis("y").name].map((name) => (name === "m" ? view.m : present(data, name)));
+  return x === undefined || y === undefined ? null : { x, y };
 }
 
 const repaint = framed(() => {
   if (!ready()) return;
-  const x = axis("x");
-  const y = axis("y");
-  const same = shownHere(x, y);
+  const [x, y] = [axis("x"), axis("y")];
   const items = [
     ...legends(plane, theme()),
     ...(ofNow(x, y) ? lines.map(line) : []),
@@ -218,52 +199,50 @@ const repaint = framed(() => {
     x: { label: "", from: x.from, to: x.to },
     y: { label: "", from: y.from, to: y.to },
     items: items.filter(Boolean),
-    image:
-      same && plane
-        ? { canvas: plane.canvas, hatches: plane.hatches, under: plane.under, smooth: false, faded: !ofNow(x, y) }
-        : null,
+    image: plane && shownHere(x, y) ? { ...imageOf(plane), smooth: false, faded: !ofNow(x, y) } : null,
     about: `Map over ${labelOf(x)} and ${labelOf(y)}; arrow keys move the design`,
   });
 });
 
+/** @param {import("./map_picture.js").Plane} plane */
+const imageOf = ({ canvas, hatches, under }) => ({ canvas, hatches, under });
+
 /** @param {import("./map_levels.js").Curve} curve */
-const line = ({ kind, x, y }) => ({
-  type: "line",
-  x,
-  y,
-  colour: theme().ink,
-  width: 2.4,
-  dash: kind === "fold" ? [] : [7, 5],
-  name: kind === "fold" ? "fold: no motion above" : "flip: period doubling",
+function line({ kind, x, y }) {
+  const fold = kind === "fold";
+  const name = fold ? "fold: no motion above" : "flip: period doubling";
+  return { type: "line", x, y, colour: theme().ink, width: 2.4, dash: fold ? [] : [7, 5], name };
+}
+
+/** A design. @param {Place} at @param {number} size @param {string} colour @param {string} name */
+const diamond = ({ x, y }, size, colour, name) => ({
+  type: "points",
+  x: [x],
+  y: [y],
+  shape: "diamond",
+  size,
+  colour,
+  name,
 });
 
 /** The design that is pinned as A. @param {Axis} x @param {Axis} y */
 function pinnedAt(x, y) {
   const at = data.pinned?.values;
   if (!at || !Number.isFinite(at[x.name]) || !Number.isFinite(at[y.name])) return null;
-  return {
-    type: "points",
-    x: [at[x.name]],
-    y: [at[y.name]],
-    shape: "diamond",
-    size: 8,
-    colour: theme().accent,
-    name: "A",
-  };
+  return diamond({ x: at[x.name], y: at[y.name] }, 8, theme().accent, "A");
 }
 
 /** The present design as a point, and in words below. @param {Axis} x @param {Axis} y */
 function marked(x, y) {
   const here = design();
-  if (here.x === undefined || here.y === undefined) return null;
+  if (!here) return null;
   const place = `${told(x, here.x)}, ${told(y, here.y)}: ${answered()?.changed === data.changed ? verdict() : "…"}`;
-  const cell = plane?.kind === "families" && ofNow(x, y) ? cellAt(plane, /** @type {Place} */ (here)) : "";
+  const cell = plane?.kind === "families" && ofNow(x, y) ? cellAt(plane, here) : "";
   const found = cell ? ` A simulation finds ${cell} there.` : "";
   put(readout, `${place}.${found}`);
   canvas.dataset.design = `${here.x},${here.y}`;
   blowsInset().className = here.x < (x.from + x.to) / 2 ? "right" : "left"; // the corner that the design is not in
-  const colour = theme().dark ? "#ffffff" : "#101820";
-  return { type: "points", x: [here.x], y: [here.y], shape: "diamond", size: 9, colour, name: "the present design" };
+  return diamond(here, 9, theme().dark ? "#ffffff" : "#101820", "the present design");
 }
 
 /** How far the design may move along either axis until it meets a curve: the nearest.
@@ -271,17 +250,19 @@ function marked(x, y) {
 export function nearestEdge() {
   if (!ready()) return null;
   const [x, y] = [axis("x"), axis("y")];
-  if (!ofNow(x, y) || x.whole || y.whole) return null;
-  const here = /** @type {Place} */ (design());
+  const here = design();
+  if (!here || !ofNow(x, y) || x.whole || y.whole) return null;
+  /** @type {[Axis, Which, Which][]} */
+  const ways = [
+    [x, "x", "y"],
+    [y, "y", "x"],
+  ];
   /** @type {ReturnType<typeof nearestEdge>} */
   let nearest = null;
   for (const curve of lines)
     for (let i = 1; i < curve.x.length; i++) {
       if (![curve.x[i - 1], curve.x[i], curve.y[i - 1], curve.y[i]].every(Number.isFinite)) continue;
-      for (const [along, own, other] of /** @type {[Axis, Which, Which][]} */ ([
-        [x, "x", "y"],
-        [y, "y", "x"],
-      ])) {
+      for (const [along, own, other] of ways) {
         const [a, b] = [curve[other][i - 1] - here[other], curve[other][i] - here[other]];
         if (a * b > 0 || a === b) continue;
         const value = curve[own][i - 1] + (a / (a - b)) * (curve[own][i] - curve[own][i - 1]);
@@ -298,11 +279,8 @@ export function nearestEdge() {
 function verdict() {
   if (switchesItself()) return data.machine.answer.outcome;
   const { orbits } = data.quick;
-  return orbits.some((/** @type {any} */ orbit) => orbit.stable)
-    ? "stable"
-    : orbits.length
-      ? "unstable"
-      : "no steady motion";
+  if (!orbits.length) return "no steady motion";
+  return orbits.some((/** @type {any} */ { stable }) => stable) ? "stable" : "unstable";
 }
 
 function pointer() {
@@ -339,7 +317,8 @@ function pointer() {
     if (!step) return;
     event.preventDefault();
     const share = event.shiftKey ? 0.05 : 0.01;
-    const here = /** @type {Place} */ (design());
+    const here = design();
+    if (!here) return;
     const next = (/** @type {Which} */ which, /** @type {number} */ k) => {
       const { from, to, whole } = axis(which);
       return here[which] + k * (whole ? 1 : share * (to - from));
@@ -355,7 +334,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 function onDesign({ clientX, clientY }) {
   const { frame, scale } = chart;
   const here = design();
-  if (!frame || here.x === undefined || here.y === undefined) return false;
+  if (!frame || !here) return false;
   const box = canvas.getBoundingClientRect();
   const [x, y] = [(clientX - box.left) / scale, (clientY - box.top) / scale];
   return Math.hypot(x - frame.px(here.x), y - frame.py(here.y)) < 26;
@@ -382,16 +361,12 @@ function hover(event) {
   if (!at || !cell || switchesItself()) ghost(null);
   else ghost({ [x.name]: plainNumber(at.x, 6), [y.name]: plainNumber(at.y, 6) });
   if (!event || !at || !cell) return;
-  const place = `${told(x, at.x, 3)}, ${told(y, at.y, 3)}`;
-  put(tip, h("strong", {}, cell), h("br"), place);
+  put(tip, h("strong", {}, cell), h("br"), `${told(x, at.x, 3)}, ${told(y, at.y, 3)}`);
   const box = canvas.getBoundingClientRect();
-  const left = event.clientX - box.left;
-  const right = left > box.width / 2; // on the side where there is room
-  Object.assign(tip.style, {
-    left: right ? "auto" : `${left + 14}px`,
-    right: right ? `${box.width - left + 14}px` : "auto",
-    top: `${canvas.offsetTop + event.clientY - box.top + 14}px`,
-  });
+  const [x0, y0] = [event.clientX - box.left, canvas.offsetTop + event.clientY - box.top];
+  const side =
+    x0 > box.width / 2 ? { left: "auto", right: `${box.width - x0 + 14}px` } : { left: `${x0 + 14}px`, right: "auto" };
+  Object.assign(tip.style, side, { top: `${y0 + 14}px` }); // on the side where there is room
 }
 
 /** The motion at a point of the map, beside the present one; with its verdict. */

@@ -37,13 +37,8 @@ export function content({ arrays, quantities }, kind, under) {
   if (first === "stall") return { ...CODED, kind: "outcomes", codes: values, words, labels: values };
   if (words) {
     const family = words.map(familyOf); // once a word: a map has many cells and few words
-    return {
-      ...CODED,
-      kind: "families",
-      codes: values.map((/** @type {number} */ n) => family[n] ?? -1),
-      words,
-      labels: values,
-    };
+    const codes = values.map((/** @type {number} */ n) => family[n] ?? -1);
+    return { ...CODED, kind: "families", codes, words, labels: values };
   }
   const margin = first.includes("margin");
   const [low, high] = span([values, under?.values ?? []], 0);
@@ -56,12 +51,8 @@ const CODED = { low: 0, high: 0, unit: "" };
 /** What stands in the cell at a point of the plane, in words; "" beside the plane and where nothing is known yet.
  * @param {Plane} plane @param {{ x: number, y: number }} at */
 export function cellAt(plane, { x, y }) {
-  const index = (
-    /** @type {number} */ at,
-    /** @type {{ from: number, to: number }} */ { from, to },
-    /** @type {number} */ count,
-  ) => Math.round(((at - from) / (to - from)) * (count - 1));
-  const [i, j] = [index(x, plane.x, plane.nx), index(y, plane.y, plane.ny)];
+  const i = Math.round(((x - plane.x.from) / (plane.x.to - plane.x.from)) * (plane.nx - 1));
+  const j = Math.round(((y - plane.y.from) / (plane.y.to - plane.y.from)) * (plane.ny - 1));
   if (!(i >= 0 && i < plane.nx && j >= 0 && j < plane.rows)) return "";
   const cell = j * plane.nx + i;
   if (plane.words) return plane.words[plane.labels[cell]] ?? "no value";

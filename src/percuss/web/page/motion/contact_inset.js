@@ -11,16 +11,14 @@ const [LEFT, TOP, FOOT] = [8, 20, 18];
 
 /** @typedef {{ time: number, kind: string, speed: number, chatter?: boolean }} Happening */
 
-const canvas = /** @type {HTMLCanvasElement} */ (
-  h("canvas", {
-    id: "contact-inset",
-    width: 2 * WIDTH,
-    height: 2 * HEIGHT,
-    role: "img",
-    "aria-label": "The contact, magnified",
-    hidden: true,
-  })
-);
+const size = { width: 2 * WIDTH, height: 2 * HEIGHT };
+const canvas = h("canvas", {
+  id: "contact-inset",
+  ...size,
+  role: "img",
+  "aria-label": "The contact, magnified",
+  hidden: true,
+});
 /** @type {Happening[]} */
 let impacts = [];
 /** @type {{ end: number, impacts: Happening[] } | null} */

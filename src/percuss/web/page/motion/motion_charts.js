@@ -3,6 +3,7 @@
 
 import { Chart, PHASES, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
+import { once } from "./stage.js";
 import { counted, inUnit, scaleOf } from "../core/format.js";
 import { placeIn, valueIn } from "../core/rising.js";
 
@@ -33,12 +34,9 @@ export function motionCharts(picked) {
 }
 
 /** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. @param {Motion} motion @returns {any[]} */
-export function blowsOf(motion) {
-  const length = motion.end - motion.begin;
-  const near = 1e-5 * length;
-  const struck = motion.blows.filter((/** @type {any} */ { kind }) => kind === "impact");
-  const again = motion.period && struck.some((/** @type {any} */ { time }) => time < near);
-  return again ? struck.filter((/** @type {any} */ { time }) => time < length - near) : struck;
+export function blowsOf({ begin, end, period, blows }) {
+  const struck = blows.filter((/** @type {any} */ { kind }) => kind === "impact");
+  return period ? once(struck, end - begin) : struck;
 }
 
 /** In what the motion is told: factors from its plain numbers, and their units. @param {Motion} motion @returns {Units} */

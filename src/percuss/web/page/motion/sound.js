@@ -42,11 +42,11 @@ export function limited(audio) {
 
 const AUDIBLE = [120, 9000]; // Hz
 const PLAIN = 520; // Hz, for a case without seconds
-export const RING = 0.28; // s
+const RING = 0.28; // s
 const SAME = 0.99; // share of the strongest blow's energy from which on a blow counts as one of the strongest
 const APART = 10; // dB by which any weaker blow is softer: a tenth less energy would not be heard
 const FOURTH = 5; // semitones by which it is lower
-export const LEAST = 1e-3; // share of the energy below which a blow is not heard
+const LEAST = 1e-3; // share of the energy below which a blow is not heard
 
 /** How a blow sounds: pitch in Hz and loudness 0 to 1; `clipped` says which way the mode itself cannot be heard.
  * `frequency` is that of the first mode in Hz, `energy` in J where there is one, `share` of the strongest blow's.
@@ -167,7 +167,7 @@ export class Track extends Clock {
 /** @typedef {import("./live.js").Live} Live */
 /** @typedef {{frequency?: number | null, joule?: number | null}} About pitch in Hz, and J of a unit of energy */
 
-export const SOON = 0.12; // s of sound that are placed before their time
+const SOON = 0.12; // s of sound that are placed before their time
 const ANEW = 0.08; // s by which picture and sound may be apart before the sound begins anew
 
 /** The blows of a live motion: those of the next tenth of a second are placed, so that a frame that comes late moves no blow,

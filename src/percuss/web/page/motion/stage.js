@@ -79,9 +79,7 @@ export class Stage {
     }
     /** @type {Blow[]} */
     const blows = motion.blows.filter((/** @type {Blow} */ { kind }) => kind !== "release" && kind !== "grazing");
-    const near = 1e-5 * this.length; // a period begins and ends with the same blow
-    const again = blows.some(({ time }) => time < near);
-    this.heard = again ? blows.filter(({ time }) => time < this.length - near) : blows;
+    this.heard = once(blows, this.length);
     this.loudest = Math.max(1e-30, ...this.heard.map(({ energy }) => energy ?? 0));
     this.time = Math.min(this.time, this.length);
     this.draw();
@@ -357,6 +355,12 @@ function ground(pen, x, mid, width, height, { muted }) {
 function spring(pen, x, mid, { muted }) {
   const turns = Array.from({ length: 11 }, (_, i) => [10 + ((i + 1) / 12) * (x - 10), mid + (i % 2 ? 9 : -9)]);
   strokeLines(pen, muted, 2, [10, mid - 34, 10, mid + 34], [10, mid, ...turns.flat(), x, mid]);
+}
+
+/** The blows of a motion, in which a period begins and ends with the same one. @param {Blow[]} blows @param {number} length */
+export function once(blows, length) {
+  const near = 1e-5 * length;
+  return blows.some(({ time }) => time < near) ? blows.filter(({ time }) => time < length - near) : blows;
 }
 
 /** A bar of which no size is known, before a wall. @type {Shape} */
