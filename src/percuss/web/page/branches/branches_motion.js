@@ -10,7 +10,7 @@ import { unitsOf } from "../motion/motion_charts.js";
 import { paceOf, Player } from "../motion/player.js";
 
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
-import { shapeOfCase, Stage } from "../motion/stage.js";
+import { pushOf, shapeOfCase, Stage } from "../motion/stage.js";
 
 /** A place: the row of a branch, of a motion with such a label, and the case that the branch is of.
  * @typedef {{ tables: any, along: import("./branches_choices.js").Axis, row: import("./branches_rows.js").Row,
@@ -89,7 +89,7 @@ const askMotion = latest(
     motion = found;
     units = unitsOf(motion);
     put(parts.status, "");
-    parts.stage.show(motion, force(motion.arrays.load), place.tables === data.tables ? shapeOfCase() : undefined);
+    parts.stage.show(motion, pushOf(motion.arrays.load), place.tables === data.tables ? shapeOfCase() : undefined);
     pace();
     told(place, motion.label, facts(place));
     const chatter = motion.label.startsWith("chatter") ? " and a chatter" : "";
@@ -100,15 +100,6 @@ const askMotion = latest(
   },
   (error) => noMotion(problem(error)),
 );
-
-/** The load as a share of its greatest value, by phase: of the motion's own system. @param {Float32Array} load */
-function force(load) {
-  const most = Math.max(...load.map(Math.abs)) || 1;
-  return (/** @type {number} */ phase) => {
-    const share = (((phase / (2 * Math.PI)) % 1) + 1) % 1;
-    return load[Math.round(share * (load.length - 1))] / most;
-  };
-}
 
 /** What is shown has another label, place and figures. @param {Place} place @param {string} label
  * @param {string[][]} rows */

@@ -2,7 +2,7 @@
 // A field of the case form: its label, its input or its choice, its hint and its problem, all by the key that it sets.
 
 import { said } from "../core/api.js";
-import { $$, h, menu, put, settled } from "../core/dom.js";
+import { $$, fieldOf, h, menu, put, settled } from "../core/dom.js";
 import { typed } from "./fields.js";
 import { steps, valueAt } from "../core/moves.js";
 import { setKey } from "../core/state.js";
@@ -46,14 +46,7 @@ const describedBy = (key) => `${idOf(key)}-hint ${idOf(key)}-problem`;
 
 /** @param {string} key @param {string} label @param {HTMLElement} control @param {string} hint */
 const framed = (key, label, control, hint) =>
-  h(
-    "div",
-    { class: "field" },
-    h("label", { for: idOf(key) }, label),
-    control,
-    h("div", { class: "hint", id: `${idOf(key)}-hint` }, h("code", {}, steps(key).at(-1)), ": ", hint),
-    problemOf(key),
-  );
+  fieldOf(control, label, [h("code", {}, steps(key).at(-1)), ": ", hint], problemOf(key));
 
 /** The fields from the tables; the one that is being typed into is left alone. @param {HTMLElement} form @param {any} tables */
 export function fill(form, tables) {

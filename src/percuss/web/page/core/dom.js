@@ -91,6 +91,18 @@ export const select = (label, ...of) => labelled(label, menu(...of));
 /** A control with its label above it. @param {string} label @param {Child} control @param {Child[]} more */
 export const labelled = (label, control, ...more) => h("label", { class: "pick" }, h("span", {}, label), control, more);
 
+/** A field: a control with its label, its hint and what is below it; `start` is the class of those in a row.
+ * @param {HTMLElement} control @param {string} label @param {Child} hint @param {Child} [below] @param {"" | "start"} [start] */
+export const fieldOf = (control, label, hint, below, start = "") =>
+  h(
+    "div",
+    { class: `field ${start}`.trim() },
+    h("label", { for: control.id, class: start ? "small muted" : null }, label),
+    control,
+    h("div", { class: "hint", id: `${control.id}-hint` }, hint),
+    below,
+  );
+
 /** A button. @param {string} text @param {() => void} onclick @param {Record<string, any>} [attributes] */
 export const button = (text, onclick, attributes = {}) => h("button", { type: "button", ...attributes, onclick }, text);
 

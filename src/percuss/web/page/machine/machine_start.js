@@ -3,7 +3,7 @@
 
 import { typed } from "../case/fields.js";
 import { postBinary, problemsOf, said } from "../core/api.js";
-import { button, h, latest, put } from "../core/dom.js";
+import { button, fieldOf, h, latest, put, segments } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
 import { data, setStart, show, view } from "../core/state.js";
 
@@ -30,18 +30,11 @@ export function machineSource(came) {
     const about = { "aria-describedby": `${id}-hint machine-start-problem`, spellcheck: "false", autocomplete: "off" };
     const onchange = (/** @type {any} */ { target }) => setStart(startWith(key, typed(target.value, key)));
     parts.inputs[key] = h("input", { type: "text", id, size: 9, onchange, ...about });
-    return h(
-      "div",
-      { class: "field start" },
-      h("label", { for: id, class: "small muted" }, label),
-      parts.inputs[key],
-      h("div", { class: "hint", id: `${id}-hint` }, hint),
-    );
+    return fieldOf(parts.inputs[key], label, hint, null, "start");
   });
   const draw = button("Draw a start", drawStart, { id: "machine-start-draw" });
   parts.form = h("div", { class: "row start" }, fields, draw, parts.problem);
-  const choice = { class: "segments", role: "group", "aria-label": "Which motion" };
-  return { picks: h("div", choice, Object.values(parts.picks)), form: parts.form };
+  return { picks: segments("Which motion", Object.values(parts.picks)), form: parts.form };
 }
 
 /** The start with another key; one by modes gives way to a place and a speed. @param {string} key @param {any} value */

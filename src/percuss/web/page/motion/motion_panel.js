@@ -27,7 +27,7 @@ import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./moti
 import { sourceCard, sourceProblems } from "./motion_source.js";
 import { paceOf, Player } from "./player.js";
 import { heardAs } from "./sound.js";
-import { shapeOfCase } from "./stage.js";
+import { pushOf, shapeOfCase } from "./stage.js";
 import { Strip } from "./strip.js";
 
 export const defaults = {
@@ -171,17 +171,8 @@ function another() {
   else stage.leave(orbit, restitution);
 }
 
-/** The load as a share of its greatest value, by phase, from the curve that the server gave. */
-function force() {
-  /** @type {number[] | undefined} */
-  const load = data.quick?.curve?.load;
-  if (!load) return null;
-  const most = Math.max(...load.map(Math.abs)) || 1;
-  return (/** @type {number} */ phase) => {
-    const share = ((phase % TURN) + TURN) % TURN;
-    return load[Math.round((share / TURN) * (load.length - 1))] / most;
-  };
-}
+/** The load that is drawn, from the curve that the server gave. */
+const force = () => pushOf(data.quick?.curve?.load);
 
 // ---- The motion of the server
 

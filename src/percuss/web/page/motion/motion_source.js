@@ -3,7 +3,7 @@
 // moving, with modes, on a steady motion, or random.
 
 import { said, saveFile } from "../core/api.js";
-import { $$, button, h, put, segments, select } from "../core/dom.js";
+import { $$, button, fieldOf, h, put, segments, select } from "../core/dom.js";
 import { effect, whenever } from "../core/signals.js";
 import { chosen, data, fileName, isHeld, setStart, setTables, show, view } from "../core/state.js";
 import { typed } from "../case/fields.js";
@@ -156,14 +156,8 @@ function startFields() {
     const about = { "aria-describedby": `${id}-hint ${id}-problem`, spellcheck: "false", autocomplete: "off" };
     const onchange = () => set(key, typed(input.value, key));
     const input = h("input", { type: "text", id, size, "data-start": key, ...about, onchange });
-    return h(
-      "div",
-      { class: "field start" },
-      h("label", { for: id, class: "small muted" }, label),
-      input,
-      h("div", { class: "hint", id: `${id}-hint` }, data.tables.bar ? si : plain),
-      h("div", { class: "problem", id: `${id}-problem` }),
-    );
+    const below = h("div", { class: "problem", id: `${id}-problem` });
+    return fieldOf(input, label, data.tables.bar ? si : plain, below, "start");
   };
   return [
     select("Start", kinds, kind, (name) => setStart(begun(name, startNow())), { id: "start-kind" }),

@@ -357,6 +357,17 @@ function spring(pen, x, mid, { muted }) {
   strokeLines(pen, muted, 2, [10, mid - 34, 10, mid + 34], [10, mid, ...turns.flat(), x, mid]);
 }
 
+/** A load as a share of its greatest value, by its phase. @param {Iterable<number> | null | undefined} curve over a period */
+export function pushOf(curve) {
+  if (!curve) return null;
+  const load = [...curve];
+  const most = Math.max(...load.map(Math.abs)) || 1;
+  return (/** @type {number} */ phase) => {
+    const share = (((phase / (2 * Math.PI)) % 1) + 1) % 1;
+    return load[Math.round(share * (load.length - 1))] / most;
+  };
+}
+
 /** The blows of a motion, in which a period begins and ends with the same one. @param {Blow[]} blows @param {number} length */
 export function once(blows, length) {
   const near = 1e-5 * length;
