@@ -195,9 +195,7 @@ function blow(tables) {
 function load(tables) {
   const kind = tables.load?.kind ?? "harmonic";
   const kinds = tables.body ? KINDS.filter(([name]) => name !== "valve") : KINDS;
-  const known = kinds.some(([name]) => name === kind)
-    ? kinds
-    : [/** @type {[string, string]} */ ([kind, kind]), ...kinds];
+  const known = kinds.some(([name]) => name === kind) ? kinds : [[kind, kind], ...kinds];
   const change = (/** @type {string} */ value) => setTables({ ...data.tables, load: changedLoad(data.tables, value) });
   return group(
     "Load",

@@ -76,7 +76,6 @@ const LOADS = {
   fourier: [["load.unit", "Unit of the coefficients", "as kN or bar"]],
 };
 
-/** @type {[string, string][]} */
 export const KINDS = [
   ["harmonic", "mean + cosine"],
   ["square", "square wave"],

@@ -32,10 +32,9 @@ export function field([key, label, hint, list]) {
 }
 
 /** A choice of [value, words]; a present value that is none of them is offered, too.
- * @param {string} key @param {string} label @param {[any, string][]} options @param {any} present
+ * @param {string} key @param {string} label @param {import("../core/dom.js").Options} options @param {any} present
  * @param {(value: string) => void} change @param {string} hint */
 export function choice(key, label, options, present, change, hint) {
-  /** @type {[any, string][]} */
   const own = options.some(([value]) => String(value) === String(present)) ? options : [[present, present], ...options];
   const box = menu(own, present, change, { id: idOf(key), "aria-describedby": describedBy(key) });
   return framed(key, label, box, hint);

@@ -9,7 +9,6 @@ import { data, setKey, setTables } from "../core/state.js";
 
 /** @typedef {import("../core/moves.js").Tables} Tables */
 
-/** @type {[string, string][]} */
 const LAWS = [
   ["ratio", "ratio (of critical)"],
   ["kelvin_voigt", "Kelvin–Voigt"],
@@ -84,11 +83,10 @@ export function strainField(tables) {
   const key = tables.bar ? "contact.strain" : "system.strain";
   const present = (tables.bar ? tables.contact : tables.system)?.strain ?? "";
   const uniform = !sectioned(tables);
-  /** @type {[string, string][]} */
   const options = [
     ["", `not said: ${tables.bar && uniform ? "reversed" : "kept"}`],
     ["kept", "kept, as in B77"],
-    ...(uniform ? [/** @type {[string, string]} */ (["reversed", "reversed, as by waves"])] : []),
+    ...(uniform ? [["reversed", "reversed, as by waves"]] : []),
   ];
   const hint = uniform ? "what the impact does to it" : "what the impact does to it; reversed is for uniform bars";
   return choice(key, "Strain at the impact", options, present, (value) => setKey(key, value || undefined), hint);
@@ -99,7 +97,6 @@ export function placeField(tables) {
   const present = tables.load?.at ?? 0;
   if (!sectioned(tables) && present === 0) return null;
   const steps = sectioned(tables) ? Math.max(rowsOf(tables).length - 1, 0) : 0;
-  /** @type {[number, string][]} */
   const options = Array.from({ length: steps + 1 }, (_, i) => [
     i,
     i ? `step ${i}: ${i} to ${i + 1}` : "the driven end",

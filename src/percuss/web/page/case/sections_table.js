@@ -220,7 +220,6 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
 /** The choice of a material. @param {string} key @param {Record<string, any>} told */
 function materials(key, told) {
   const words = Object.keys(data.about.materials).map((name) => [name, name.replaceAll("_", " ")]);
-  /** @type {any[]} */
   const options = [["", key.startsWith("tool.") ? "steel" : "as the bar"], ...words];
   return menu(options, "", (text) => setKey(key, typed(text)), { id: idOf(key), "data-key": key, ...told });
 }

@@ -76,10 +76,12 @@ export function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** A menu. @param {[string | number, string][]} options what each stands for, and its text @param {string | number} value
+/** What a menu offers: what each choice stands for, and its text. @typedef {(string | number)[][]} Options */
+
+/** A menu. @param {Options} options @param {string | number} value
  * @param {(value: string) => void} onchange @param {Record<string, any>} [attributes] */
 export function menu(options, value, onchange, attributes = {}) {
-  const one = (/** @type {[string | number, string]} */ [key, text]) =>
+  const one = (/** @type {Options[number]} */ [key, text]) =>
     h("option", { value: key, selected: String(key) === String(value) }, text);
   const box = h("select", { ...attributes, onchange: () => onchange(box.value) }, options.map(one));
   return box;

@@ -65,9 +65,7 @@ export function start(place) {
   whenever(
     () => view.panel === "hammer" && data.about && data.info && [asking(), names()],
     () => {
-      const questions = Object.entries(QUESTIONS).map(
-        ([name, { name: words }]) => /** @type {[string, string]} */ ([name, words]),
-      );
+      const questions = Object.entries(QUESTIONS).map(([name, { name: words }]) => [name, words]);
       const pick = select("Question", questions, asking(), (ask) => show({ ask }), { id: "hammer-question" });
       const fields = QUESTIONS[asking()].fields.map((name) => FIELDS[name]());
       put(form, h("div", { class: "row" }, pick), fields, h("div", { class: "row" }, question.go, question.cancel));
@@ -94,12 +92,8 @@ export function start(place) {
 }
 
 const asking = () => (view.ask in QUESTIONS ? view.ask : "design");
-/** @param {string} name */
-const rows = (name) =>
-  (texts[name] ?? "")
-    .split("\n")
-    .map((line) => line.trim())
-    .filter(Boolean);
+/** The lines of a field. @param {string} name */
+const rows = (name) => (texts[name] ?? "").split("\n").flatMap((line) => line.trim() || []);
 
 /** Measured blows, picked or dropped anywhere: the question is which numbers fit them. @param {string} text @param {string} name */
 export function takeBlows(text, name) {
@@ -117,7 +111,7 @@ function spread({ value, low, high, unit }) {
 
 /** A field of lines of text, and a choice that adds one.
  * @param {string} name @param {string} label @param {string} example
- * @param {{ label: string, options: [string, string][], line: (name: string) => string }} [add] @param {string} [kept] */
+ * @param {{ label: string, options: import("../core/dom.js").Options, line: (name: string) => string }} [add] @param {string} [kept] */
 function lines(name, label, example, add, kept = name) {
   const id = `hammer-${name}`;
   const keep = () => (texts[kept] = area.value);
@@ -133,7 +127,7 @@ function lines(name, label, example, add, kept = name) {
   return h("div", { class: "lines" }, labelled(label, area), adding);
 }
 
-/** @returns {[string, string][]} */
+/** @returns {import("../core/dom.js").Options} */
 const figures = () => data.about.figures.map((/** @type {any} */ { name, label }) => [name, label]);
 
 /** @param {number} size */
@@ -144,7 +138,7 @@ const FIELDS = {
   goal: () => {
     const sense = (/** @type {string} */ word) => (chosen.greatest = word === "most");
     const figure = (/** @type {string} */ name) => (chosen.figure = name);
-    const senses = /** @type {[string, string][]} */ (["most", "least"].map((word) => [word, word]));
+    const senses = ["most", "least"].map((word) => [word, word]);
     return h(
       "div",
       { class: "row" },
@@ -156,7 +150,7 @@ const FIELDS = {
     const { label = "", example = "", range = String } = QUESTIONS[asking()];
     const known = new Map(data.info.parameters.map((/** @type {Parameter} */ one) => [one.name, one]));
     const keys = [...known.values()].filter(({ name }) => name.includes("."));
-    const options = keys.map((one) => /** @type {[string, string]} */ ([one.name, `${one.label} (${one.name})`]));
+    const options = keys.map((one) => [one.name, `${one.label} (${one.name})`]);
     const line = (/** @type {string} */ name) => range(known.get(name));
     return lines("vary", label, example, { label: "Add a number", options, line }, `vary ${asking()}`);
   },

@@ -73,9 +73,7 @@ function build(status) {
     if (n === 1) return steady ? "one blow's period" : "one load period";
     return `${n} ${steady ? "blows' periods" : "load periods"}`;
   };
-  /** @type {[number, string][]} */
   const cycles = [1, 2, 4, 8, 16, 32].map((n) => [n, stretch(n)]);
-  /** @type {[number, string][]} */
   const zooms = [0, 4, 12, 40].map((n) => [n, n ? `${n} rings of the first mode` : "all of it"]);
   const save = () => {
     put(status, "Computing the whole motion …");
@@ -101,12 +99,10 @@ function build(status) {
 
 function simulation() {
   const held = isHeld();
-  /** @type {[number, string][]} */
   const modes = [0, 8, 16, 32, 64].filter((n) => n || !held).map((n) => [n, n ? String(n) : "0: rigid"]);
   const now = data.tables.simulation;
   const set = (/** @type {string} */ n) =>
     setTables({ ...data.tables, simulation: { ...data.tables.simulation, modes: Number(n) } });
-  /** @type {[string, string][]} */
   const windows = [
     ["start", "from the start"],
     ["settled", "what it settles on"],
@@ -146,7 +142,7 @@ function keysOf(kind, start) {
 function startFields() {
   const start = startNow();
   const kind = kindOf(start);
-  const kinds = Object.entries(KINDS).map(([name, [text]]) => /** @type {[string, string]} */ ([name, text]));
+  const kinds = Object.entries(KINDS).map(([name, [text]]) => [name, text]);
   const set = (/** @type {string} */ key, /** @type {any} */ value) => setStart({ ...startNow(), [key]: value });
   const drawn = () =>
     select("Drawn", Object.entries(DRAWN), start.random, (name) => set("random", name), { id: "start-random" });
