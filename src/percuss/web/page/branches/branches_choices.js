@@ -1,9 +1,11 @@
 // @ts-check
 // What is followed, through which parameter and how far: the row of choices above the diagram.
 
-import { $, $$, button, h, labelled, put, select } from "../core/dom.js";
-import { inUnit, plainNumber } from "../core/format.js";
-import { isRange, present, rangeOf, rangeText } from "../core/moves.js";
+import { button, h, labelled, put, select } from "../core/dom.js";
+import { inUnit } from "../core/format.js";
+import { present, rangeOf, rangeText } from "../core/moves.js";
+import { rangeEnds } from "../core/range_ends.js";
+import { effect, whenever } from "../core/signals.js";
 import { chosen, data, isHeld, show, switchesItself, view } from "../core/state.js";
 import { UP } from "./branches_picture.js";
 
@@ -23,6 +25,9 @@ const heights = () => Object.keys(UP).filter((name) => name !== (switchesItself(
 
 /** What is drawn up it. @returns {string} */
 export const rising = () => (heights().includes(view.up) ? view.up : heights()[0]);
+
+/** Whether the drawer is in sight, and what is known of the case is known of this kind of case. */
+export const ready = () => view.panel === "branches" && data.info && Boolean(data.info.system) !== switchesItself();
 
 /** The parameters that an orbit can be followed through. @returns {any[]} */
 const known = () => data.info.parameters.filter((/** @type {any} */ { name, value }) => name !== "m" && value !== null);
@@ -51,52 +56,52 @@ export function askedRange({ name, unit, from, to }) {
   return { name, unit, from: Math.min(from, now), to: Math.max(to, now) };
 }
 
-/** The row, made anew only when there is another choice; `searched` is told the label of another motion.
+/** The choices in a row, made anew only when there is another one; `searched` is told the label of another motion.
  * @param {HTMLElement} row @param {(label: string) => void} searched */
-export function branchChoices(row, searched) {
-  if (!data.info) return;
-  const axis = along();
-  const names = known().map(({ name, label }) => [name, label]);
-  const modes = MODES.filter((n) => n || !isHeld());
-  const key = JSON.stringify([names, axis.name, rising(), view.depth, view.bmodes, view.begin, modes]);
-  if (row.dataset.key === key) return fill(row, axis);
-  row.dataset.key = key;
+export function startChoices(row, searched) {
+  const names = () => known().map(({ name, label }) => [name, label]);
+  const modes = () => MODES.filter((n) => n || !isHeld());
+  /** @type {ReturnType<typeof rangeEnds>} */
+  let ends;
   const pick = (
     /** @type {string} */ id,
     /** @type {string} */ label,
     /** @type {any[]} */ options,
     /** @type {any} */ now,
   ) => select(label, options, now, PICKED[id] ?? ((name) => name && searched(name)), { id: `branches-${id}` });
-  const other = [...LABELS.map((name) => [name, `z=${name}`]), ...RESTING.map((name) => [name, name])];
-  const begun = `from ${rests(view.begin) ? "" : "z="}${view.begin.replace(/:phases.*/, "")}`;
-  put(
-    row,
-    h("div", { class: "axis" }, pick("along", "Through", names, axis.name), edge("from", axis), edge("to", axis)),
-    pick(
-      "up",
-      "Up",
-      heights().map((name) => [name, UP[name].label]),
-      rising(),
-    ),
-    pick(
-      "depth",
-      "Go on at flips",
-      DEPTHS.map((n) => [n, n ? `${n} deep` : "no"]),
-      view.depth,
-    ),
-    pick(
-      "modes",
-      isHeld() ? "Modes, at most" : "Elastic modes",
-      modes.map((n) => [n, n ? String(n) : "0: rigid"]),
-      view.bmodes,
-    ),
-    pick("search", "Other motions", [["", "z=p/n …"], ...other], ""),
-    view.begin && [
-      h("span", { class: "small", id: "branches-begin" }, begun),
-      button("The head's motion", () => show({ begin: "", spot: "" })),
-    ],
-    h("p", { class: "problem", role: "alert", id: "branches-range-problem" }),
-  );
+  const build = () => {
+    const problem = h("p", { class: "problem", role: "alert", id: "branches-range-problem" });
+    ends = rangeEnds({
+      id: "branches",
+      about: "of the parameter",
+      range: along,
+      keeps: "the diagram",
+      digits: 6,
+      problem,
+      taken: (from, to, unit) => show({ along: along().name, alongr: rangeText(from, to, unit) }),
+    });
+    const other = [...LABELS.map((name) => [name, `z=${name}`]), ...RESTING.map((name) => [name, name])];
+    const begun = `from ${rests(view.begin) ? "" : "z="}${view.begin.replace(/:phases.*/, "")}`;
+    const through = pick("along", "Through", names(), along().name);
+    const ways = heights().map((name) => [name, UP[name].label]);
+    const depths = DEPTHS.map((n) => [n, n ? `${n} deep` : "no"]);
+    const sizes = modes().map((n) => [n, n ? String(n) : "0: rigid"]);
+    put(
+      row,
+      h("div", { class: "axis" }, through, labelled("from", ends.from), labelled("to", ends.to)),
+      pick("up", "Up", ways, rising()),
+      pick("depth", "Go on at flips", depths, view.depth),
+      pick("modes", isHeld() ? "Modes, at most" : "Elastic modes", sizes, view.bmodes),
+      pick("search", "Other motions", [["", "z=p/n …"], ...other], ""),
+      view.begin && [
+        h("span", { class: "small", id: "branches-begin" }, begun),
+        button("The head's motion", () => show({ begin: "", spot: "" })),
+      ],
+      problem,
+    );
+  };
+  whenever(() => ready() && [names(), along().name, rising(), view.depth, view.bmodes, view.begin, modes()], build);
+  effect(() => ready() && ends.fill());
 }
 
 /** @type {Record<string, (value: string) => void>} */
@@ -106,30 +111,3 @@ const PICKED = {
   depth: (depth) => show({ depth: Number(depth) }),
   modes: (n) => show({ bmodes: Number(n) }),
 };
-
-/** @param {"from" | "to"} end @param {Axis} axis */
-function edge(end, axis) {
-  const onchange = (/** @type {any} */ { target }) => {
-    const inputs = $$("#branches-from, #branches-to").map((input) => /** @type {HTMLInputElement} */ (input));
-    const [from, to] = inputs.map(({ valueAsNumber }) => valueAsNumber);
-    const taken = isRange(from, to);
-    for (const input of inputs) input.setAttribute("aria-invalid", String(!taken && input === target));
-    const words = "A range must go from a number to a greater one; the diagram keeps the previous range.";
-    put($("#branches-range-problem"), taken ? "" : words);
-    if (taken) show({ along: along().name, alongr: rangeText(from, to, along().unit) });
-  };
-  const now = { type: "number", step: "any", ".value": String(plainNumber(axis[end], 6)), onchange };
-  const about = { "aria-label": `${end}, of the parameter`, "aria-describedby": "branches-range-problem" };
-  const input = h("input", { ...now, ...about, id: `branches-${end}`, "data-end": end });
-  return labelled(end, input);
-}
-
-/** The ends as they are now; one that is typed into, and one that was not taken, are left alone.
- * @param {HTMLElement} row @param {Record<string, any>} axis */
-function fill(row, axis) {
-  for (const input of /** @type {NodeListOf<HTMLInputElement>} */ (row.querySelectorAll("input[data-end]"))) {
-    if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
-    const value = String(plainNumber(axis[input.dataset.end ?? ""], 6));
-    if (input.value !== value) input.value = value;
-  }
-}

@@ -6,9 +6,9 @@ import { post } from "../core/api.js";
 import { framed, h, latest, problem, put, settled } from "../core/dom.js";
 import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
-import { REST, chosen, data, isHeld, modesInWords, move, on, show, switchesItself, view } from "../core/state.js";
+import { REST, chosen, data, isHeld, modesInWords, move, on, show, view } from "../core/state.js";
 import { Chart, span } from "../pictures/chart.js";
-import { along, askedRange, beginning, branchChoices, rests, rising } from "./branches_choices.js";
+import { along, askedRange, beginning, ready, rests, rising, startChoices } from "./branches_choices.js";
 import { eventTable, orbitList } from "./branches_events.js";
 import { everyRows, impossible, others, settledDots, stopAll, wantEvery, wantSettled } from "./branches_every.js";
 import { motionCard, noMotion, pauseBranch, showMotion, toggleBranch } from "./branches_motion.js";
@@ -60,13 +60,12 @@ export function start(section) {
     since = data.changed;
     stopAll(); // of another hammer: sliders come first
   });
-  on("info view quick", () => ready() && (branchChoices(parts.choice, search), want(), placed()));
+  startChoices(parts.choice, search);
+  on("info view quick", () => ready() && (want(), placed()));
   on("view", () => view.panel !== "branches" && (pauseBranch(), stopAll()));
   on("tables quick view theme", repaint);
   document.addEventListener("visibilitychange", () => document.hidden && pauseBranch());
 }
-
-const ready = () => view.panel === "branches" && data.info && Boolean(data.info.system) !== switchesItself();
 
 /** Ask for the branches of the case as it is now, unless they are under way or there. */
 const want = settled(() => {

@@ -1,12 +1,12 @@
 // @ts-check
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
-import { $, h, menu, put } from "../core/dom.js";
-import { inUnit, number, plainNumber, withUnit } from "../core/format.js";
-import { isRange, rangeOf, rangeText } from "../core/moves.js";
+import { h, menu, put } from "../core/dom.js";
+import { inUnit, plainNumber, withUnit } from "../core/format.js";
+import { rangeOf, rangeText } from "../core/moves.js";
+import { rangeEnds } from "../core/range_ends.js";
 import { effect, whenever } from "../core/signals.js";
 import { data, isHeld, show, switchesItself, view } from "../core/state.js";
-import { read } from "../core/units.js";
 
 /** An axis, between its ends in its unit. @typedef {{ name: string, unit: string, from: number, to: number, whole: boolean }} Axis */
 /** @typedef {"x" | "y"} Which */
@@ -127,15 +127,28 @@ export function startChoices(above, below) {
     const onchange = (/** @type {string} */ name) => show(which === "q" ? { q: name } : chosenAxis(which, name));
     return menu(options, chosen()[which], onchange, { id: `map-${which}`, "aria-label": title, title });
   };
+  const problem = h("p", { class: "problem", role: "alert", id: "map-range-problem" });
+  /** The fields of the ends of both axes. @type {Record<string, ReturnType<typeof rangeEnds>>} */
+  const ends = {};
+  const endsOf = (/** @type {Which} */ which, /** @type {string} */ about) =>
+    rangeEnds({
+      id: `map-${which}`,
+      about,
+      range: () => axis(which),
+      keeps: "the map",
+      problem,
+      taken: (from, to, unit) => show({ [`${which}r`]: rangeText(from, to, unit) }),
+    });
   const build = () => {
-    const range = h("span", { class: "range" }, edge("y", "from"), "…", edge("y", "to"));
+    const [x, y] = [(ends.x = endsOf("x", "across")), (ends.y = endsOf("y", "up"))];
+    const range = h("span", { class: "range" }, y.from, "…", y.to);
     const colours = Object.entries(kinds()).map(([name, { label }]) => /** @type {[string, string]} */ ([name, label]));
-    const problem = h("p", { class: "problem", role: "alert", id: "map-range-problem" });
+    put(problem, "");
     put(above, pick("y", "Up", names()), range, pick("q", "Colour", colours));
-    put(below, edge("x", "from"), pick("x", "Across", names()), edge("x", "to"), problem);
+    put(below, x.from, pick("x", "Across", names()), x.to, problem);
   };
   whenever(() => ready() && [names(), chosen(), Object.keys(kinds())], build);
-  effect(() => ready() && fillEdges());
+  effect(() => ready() && Object.values(ends).forEach(({ fill }) => fill()));
 }
 
 /** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. @param {Which} which @param {string} name */
@@ -151,35 +164,4 @@ function chosenAxis(which, name) {
 export function keptRanges() {
   const kept = (/** @type {Axis} */ { from, to, unit }) => rangeText(from, to, unit);
   return { xr: kept(axis("x")), yr: kept(axis("y")) };
-}
-
-/** The field of an end of an axis. @param {Which} which @param {"from" | "to"} end */
-const endOf = (which, end) => /** @type {HTMLInputElement | null} */ (document.getElementById(`map-${which}-${end}`));
-
-/** One end of an axis, which can be typed in any unit. @param {Which} which @param {"from" | "to"} end */
-function edge(which, end) {
-  const onchange = () => {
-    const { unit } = axis(which);
-    const [from, to] = ENDS.map((one) => read(endOf(which, one)?.value ?? "", unit).value ?? Number.NaN);
-    const taken = isRange(from, to);
-    for (const one of ENDS) endOf(which, one)?.setAttribute("aria-invalid", String(!taken && one === end));
-    const words = "A range must go from a number to a greater one; the map keeps the previous range.";
-    put($("#map-range-problem"), taken ? "" : words);
-    if (taken) show({ [`${which}r`]: rangeText(plainNumber(from), plainNumber(to), unit) });
-  };
-  const told = { "aria-label": `${end}, ${which === "x" ? "across" : "up"}`, "aria-describedby": "map-range-problem" };
-  const own = { type: "text", class: "end", id: `map-${which}-${end}`, spellcheck: "false", autocomplete: "off" };
-  return h("input", { ...own, ...told, ".value": number(axis(which)[end]), onchange });
-}
-
-const ENDS = /** @type {const} */ (["from", "to"]);
-
-/** The ends as they are now; the one that is being typed into, and one that was not taken, are left alone. */
-function fillEdges() {
-  for (const which of /** @type {const} */ (["x", "y"]))
-    for (const end of ENDS) {
-      const [input, value] = [endOf(which, end), number(axis(which)[end])];
-      if (!input || input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
-      if (input.value !== value) input.value = value;
-    }
 }
