@@ -270,6 +270,7 @@ def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> N
     slide(page, "load-states", 2)
     driven(page)
     assert knows(page, "core/state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
+    expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^2"))
     assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=5e-3)
     page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
     driven(page)

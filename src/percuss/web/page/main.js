@@ -1,7 +1,9 @@
+// @ts-check
 // The page's start: its parts, the catalogue, and the state from the address.
 
 import { get, problemsOf, takeToken } from "./core/api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./core/address.js";
+import { $ } from "./core/dom.js";
 import { data, setTables, tell, wish } from "./core/state.js";
 import { during } from "./core/under_way.js";
 import { PANELS } from "./panels.js";
@@ -17,10 +19,12 @@ import { translate } from "./core/words.js";
 
 const FIRST = "mini-breaker";
 
+/** @type {Promise<any> | null} */
 let server = null;
 /** What the server is; its palette is taken with it. */
 const about = () => (server ??= get("about").then((found) => (usePalette(found.palette), found)));
 
+/** @param {string} address */
 async function load(address) {
   const served = async () => ((await about()).case ? get("case") : null);
   const newest = wish();
@@ -32,6 +36,7 @@ async function load(address) {
   tell("view");
 }
 
+/** @param {unknown} error */
 function failed(error) {
   data.problems = problemsOf(error);
   tell("problems");
@@ -43,7 +48,7 @@ async function start() {
   translate(document.body);
   startHeader(PANELS, failed);
   startScenes();
-  startMap(document.getElementById("map-place"));
+  startMap($("#map-place"));
   startDrawers(PANELS);
   startHeadline();
   startSliders();

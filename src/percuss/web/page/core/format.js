@@ -18,11 +18,12 @@ export function useSystem(name) {
 /** A quantity in the units that are read. @param {number} value @param {string} unit */
 const inSystem = (value, unit) => (system === "practical" || !unit ? { value, unit } : shown(value, unit, system));
 
-/** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. @param {string} text @param {string} unit */
+/** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. @param {string} text
+ * @param {string} unit @returns {import("./units.js").Quantity | import("./units.js").Refused} */
 export function typedQuantity(text, unit) {
   const own = inSystem(1, unit).unit;
   const found = read(text, own, language);
-  return found.error !== undefined ? found : { value: converted(found.value, own, unit) };
+  return found.error !== undefined ? found : { value: converted(found.value, own, unit), unit };
 }
 
 /** A number with so many significant digits; null and what is not finite as a dash.

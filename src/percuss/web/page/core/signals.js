@@ -101,14 +101,15 @@ export function effect(action) {
 }
 
 /** Run an action now, and again when its key has another content: an effect of the key alone, whatever the action reads.
- * Nothing happens while the key is false or null. @param {() => any} key @param {() => void} action */
+ * Nothing happens while the key is false or null.
+ * @template K @param {() => K} key @param {(now: NonNullable<K>) => void} action */
 export function whenever(key, action) {
   let before = "";
   return effect(() => {
     const now = key();
     if (!now || JSON.stringify(now) === before) return;
     before = JSON.stringify(now);
-    within(null, action);
+    within(null, () => action(now));
   });
 }
 

@@ -332,7 +332,8 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 
 /** Whether a finger begins on the diamond. @param {{ clientX: number, clientY: number }} touch */
 function onDesign({ clientX, clientY }) {
-  const { frame, scale } = chart;
+  const { frame } = chart;
+  const { scale } = theme();
   const here = design();
   if (!frame || !here) return false;
   const box = canvas.getBoundingClientRect();

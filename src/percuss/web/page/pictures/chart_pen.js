@@ -1,3 +1,4 @@
+// @ts-check
 // The pen of the charts: axes, lines, points, bands, and the samples of the legend.
 
 import { number } from "../core/format.js";
@@ -5,27 +6,42 @@ import { theme } from "./colours.js";
 import { fillHatch, hatched } from "./hatch.js";
 import { tr } from "../core/words.js";
 
+/** A pen of a canvas, or one that makes an SVG. @typedef {any} Pen */
+/** @typedef {{ label: string, from: number, to: number, ticks?: any[][] }} Axis */
+/** What is drawn in a chart:
+ *   line {x, y, colour, dash?, width?}, points {x, y, shape, colour, colours?, size?, under?: below the lines},
+ *   band {from, to, colour} (in y), level {at, axis?, colour, dash?}, circle {radius}, label {x, y, text},
+ *   patch {colour, hatch} (in the legend alone); what has a name is in the legend.
+ * @typedef {{ type: string, name?: string, x?: any, y?: any, colour?: string, [more: string]: any }} Item */
+/** Cells over the whole plane, the first row at the bottom, with the hatches of some, and others under them.
+ * @typedef {{ canvas: HTMLCanvasElement | null, hatches?: { hatch: string, canvas: HTMLCanvasElement }[], smooth?: boolean,
+ *   under?: Cells | null, faded?: boolean }} Cells */
+/** A chart as it is to be drawn; `equal`: one scale on both axes.
+ * @typedef {{ x: Axis, y: Axis, items: Item[], equal?: boolean, about?: string, image?: Cells | null }} Spec */
+/** @typedef {ReturnType<typeof layout>} Frame */
+
 const FONT = "12.5px system-ui, sans-serif";
 
+/** A line of two points. @param {Pen} pen @param {number[]} ends */
+export function segment(pen, ...[x, y, toX, toY]) {
+  pen.moveTo(x, y);
+  pen.lineTo(toX, toY);
+}
+
+/** What an item looks like, as a picture for the legend. @param {Item} item */
 export function swatch(item) {
-  const canvas = document.createElement("canvas");
-  canvas.width = 52;
-  canvas.height = 24;
+  const canvas = Object.assign(document.createElement("canvas"), { width: 52, height: 24, className: "swatch" });
   canvas.setAttribute("aria-hidden", "true");
-  canvas.className = "swatch";
-  const pen = canvas.getContext("2d");
+  const pen = /** @type {Pen} */ (canvas.getContext("2d"));
   pen.scale(2, 2);
   sample(pen, item);
   return canvas;
 }
 
-/** What an item looks like, for the legend: 26 by 12. */
+/** What an item looks like, for the legend: 26 by 12. @param {Pen} pen @param {Item} item */
 export function sample(pen, item) {
-  if (item.type === "band") {
-    pen.globalAlpha = item.alpha ?? 0.25;
-    pen.fillStyle = item.colour;
-    pen.fillRect(2, 1, 22, 10);
-  } else if (item.type === "patch") {
+  if (item.type === "band" || item.type === "patch") {
+    if (item.type === "band") pen.globalAlpha = item.alpha ?? 0.25;
     pen.fillStyle = item.colour;
     pen.fillRect(2, 1, 22, 10);
     fillHatch(pen, item.hatch, 2, 1, 22, 10, 2);
@@ -34,82 +50,77 @@ export function sample(pen, item) {
   } else {
     stroke(pen, item);
     pen.beginPath();
-    pen.moveTo(1, 6);
-    pen.lineTo(25, 6);
+    segment(pen, 1, 6, 25, 6);
     pen.stroke();
   }
 }
 
-/** Ticks at round numbers. */
-function roundTicks(from, to, wanted) {
-  const span = to - from;
-  if (!(span > 0)) return [];
-  const raw = span / Math.max(wanted, 1);
+/** Ticks at round numbers. @param {Axis} axis @param {number} wanted @returns {[number, string][]} */
+function ticksOf({ from, to, ticks }, wanted) {
+  if (ticks) return /** @type {[number, string][]} */ (ticks);
+  const raw = (to - from) / Math.max(wanted, 1);
+  if (!(raw > 0)) return [];
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 2.5, 5, 10].map((k) => k * power).find((k) => k >= raw * 0.999);
+  const step = power * ([1, 2, 2.5, 5].find((k) => k * power >= raw * 0.999) ?? 10);
+  /** @type {[number, string][]} */
   const found = [];
-  for (let i = Math.ceil(from / step - 1e-9); i * step <= to + step * 1e-9; i++)
-    found.push(Number((i * step).toPrecision(12)));
-  return found.map((value) => [value, number(value, 6)]);
+  for (let i = Math.ceil(from / step - 1e-9); i * step <= to + step * 1e-9; i++) {
+    const value = Number((i * step).toPrecision(12));
+    found.push([value, number(value, 6)]);
+  }
+  return found;
 }
 
-export function layout(pen, spec, width, height) {
+/** Where the plane of a chart lies in its picture, and what is where in it.
+ * @param {Pen} pen @param {Spec} spec @param {number} width @param {number} height */
+export function layout(pen, { x, y, equal }, width, height) {
   pen.font = FONT;
-  const bottom = height - (spec.x.label ? 40 : 22);
-  const top = 10;
-  const ticksY = spec.y.ticks ?? roundTicks(spec.y.from, spec.y.to, (bottom - top) / 45);
+  let [top, bottom] = [10, height - (x.label ? 40 : 22)];
+  const ticksY = ticksOf(y, (bottom - top) / 45);
   const widest = Math.max(0, ...ticksY.map(([, text]) => pen.measureText(tr(text)).width));
-  let left = Math.ceil(widest) + (spec.y.label ? 30 : 10);
-  let right = width - 12;
-  let low = bottom;
-  let high = top;
-  if (spec.equal) {
+  let [left, right] = [Math.ceil(widest) + (y.label ? 30 : 10), width - 12];
+  if (equal) {
     const side = Math.min(right - left, bottom - top);
     left += (right - left - side) / 2;
     right = left + side;
-    high = top + (bottom - top - side) / 2;
-    low = high + side;
+    top += (bottom - top - side) / 2;
+    bottom = top + side;
   }
-  const { x, y } = spec;
   const kx = (right - left) / (x.to - x.from || 1);
-  const ky = (low - high) / (y.to - y.from || 1);
+  const ky = (bottom - top) / (y.to - y.from || 1);
   return {
-    left,
-    right,
-    top: high,
-    bottom: low,
-    ticksY,
-    ticksX: x.ticks ?? roundTicks(x.from, x.to, (right - left) / 75),
-    px: (value) => left + (value - x.from) * kx,
-    py: (value) => low - (value - y.from) * ky,
-    toX: (px) => x.from + (px - left) / kx,
-    toY: (py) => y.from + (low - py) / ky,
+    ...{ left, right, top, bottom, widest, ticksY, ticksX: ticksOf(x, (right - left) / 75) },
+    px: (/** @type {number} */ value) => left + (value - x.from) * kx,
+    py: (/** @type {number} */ value) => bottom - (value - y.from) * ky,
+    toX: (/** @type {number} */ px) => x.from + (px - left) / kx,
+    toY: (/** @type {number} */ py) => y.from + (bottom - py) / ky,
   };
 }
 
+/** @param {Pen} pen @param {Spec} spec @param {Frame} frame */
 export function paint(pen, spec, frame) {
-  const colours = theme();
   const { left, right, top, bottom, px, py } = frame;
   if (spec.image) image(pen, spec.image, frame);
-  grid(pen, spec, frame, colours);
+  grid(pen, spec, frame);
   pen.save();
   pen.beginPath();
   pen.rect(left - 1, top - 1, right - left + 2, bottom - top + 2);
   pen.clip();
   for (const item of spec.items) if (item.under) marks(pen, item, frame);
-  for (const item of spec.items) if (item.type !== "points" && item.type !== "label") draw(pen, item, frame);
+  for (const item of spec.items) draw(pen, item, frame);
   pen.restore();
   for (const item of spec.items) {
     if (item.type === "points" && !item.under) {
       marks(pen, item, frame);
     } else if (item.type === "label") {
-      pen.fillStyle = item.colour ?? colours.ink;
+      pen.fillStyle = item.colour ?? theme().ink;
       pen.textAlign = item.align ?? "left";
       pen.fillText(tr(item.text), px(item.x) + (item.dx ?? 6), py(item.y) + (item.dy ?? -6));
     }
   }
 }
 
+/** @param {Pen} pen @param {Item} item @param {Frame} frame */
 function marks(pen, item, { left, right, top, bottom, px, py }) {
   for (let i = 0; i < item.x.length; i++) {
     const x = px(item.x[i]);
@@ -119,7 +130,8 @@ function marks(pen, item, { left, right, top, bottom, px, py }) {
   }
 }
 
-/** Cells about their values: the outermost reach half a cell beyond the plane. */
+/** Cells about their values: the outermost reach half a cell beyond the plane.
+ * @param {Pen} pen @param {Cells} shown @param {Frame} frame */
 function image(pen, shown, { left, right, top, bottom }) {
   const [width, height] = [right - left, bottom - top];
   pen.imageSmoothingEnabled = shown.smooth;
@@ -129,33 +141,34 @@ function image(pen, shown, { left, right, top, bottom }) {
   pen.clip();
   pen.globalAlpha = shown.faded ? 0.4 : 1;
   pen.translate(left, top);
-  const place = (into, cells) => {
+  const place = (/** @type {Pen} */ into, /** @type {HTMLCanvasElement} */ cells) => {
     const [across, up] = [width / Math.max(cells.width - 1, 1), height / Math.max(cells.height - 1, 1)];
+    into.save();
     into.translate(0, height);
     into.scale(1, -1);
     into.drawImage(cells, -across / 2, -up / 2, across * cells.width, up * cells.height);
+    into.restore();
   };
-  for (const one of [shown.under, shown].filter(Boolean)) {
-    pen.save();
-    place(pen, one.canvas);
-    pen.restore();
-    if (!one.hatches?.length) continue;
-    const layer = hatched(one, width, height, pen.getTransform().a, place);
+  for (const { canvas, hatches } of shown.under ? [shown.under, shown] : [shown]) {
+    if (canvas) place(pen, canvas);
+    if (!canvas || !hatches?.length) continue;
+    const layer = hatched({ canvas, hatches }, width, height, pen.getTransform().a, place);
     pen.drawImage(layer, 0, 0, width, height);
   }
   pen.restore();
 }
 
-function grid(pen, spec, frame, colours) {
-  const { left, right, top, bottom, px, py, ticksX, ticksY } = frame;
+/** @param {Pen} pen @param {Spec} spec @param {Frame} frame */
+function grid(pen, spec, { left, right, top, bottom, widest, px, py, ticksX, ticksY }) {
+  const { line, muted } = theme();
   pen.lineWidth = 1;
-  pen.strokeStyle = colours.line;
-  pen.fillStyle = colours.muted;
+  pen.strokeStyle = line;
+  pen.fillStyle = muted;
   pen.font = FONT;
   pen.beginPath();
   if (!spec.image) {
-    for (const [value] of ticksX) (pen.moveTo(half(px(value)), top), pen.lineTo(half(px(value)), bottom));
-    for (const [value] of ticksY) (pen.moveTo(left, half(py(value))), pen.lineTo(right, half(py(value))));
+    for (const [value] of ticksX) segment(pen, half(px(value)), top, half(px(value)), bottom);
+    for (const [value] of ticksY) segment(pen, left, half(py(value)), right, half(py(value)));
   }
   pen.rect(half(left), half(top), Math.round(right - left), Math.round(bottom - top));
   pen.stroke();
@@ -167,7 +180,7 @@ function grid(pen, spec, frame, colours) {
   pen.textBaseline = "middle";
   for (const [value, text] of ticksY) pen.fillText(tr(text), left - 6, py(value));
   pen.save();
-  pen.translate(left - Math.max(0, ...ticksY.map(([, text]) => pen.measureText(tr(text)).width)) - 18, (top + bottom) / 2);
+  pen.translate(left - widest - 18, (top + bottom) / 2);
   pen.rotate(-Math.PI / 2);
   pen.textAlign = "center";
   pen.fillText(tr(spec.y.label), 0, 0);
@@ -175,8 +188,10 @@ function grid(pen, spec, frame, colours) {
   pen.textBaseline = "alphabetic";
 }
 
+/** @param {number} value */
 const half = (value) => Math.round(value) + 0.5;
 
+/** @param {Pen} pen @param {Item} item */
 function stroke(pen, item) {
   pen.strokeStyle = item.colour ?? theme().muted;
   pen.lineWidth = item.width ?? 2;
@@ -184,8 +199,9 @@ function stroke(pen, item) {
   pen.setLineDash(item.dash ?? []);
 }
 
-function draw(pen, item, frame) {
-  const { left, right, top, bottom, px, py } = frame;
+/** What is drawn within the plane. @param {Pen} pen @param {Item} item @param {Frame} frame */
+function draw(pen, item, { left, right, top, bottom, px, py }) {
+  if (["points", "label", "patch"].includes(item.type)) return;
   if (item.type === "band") {
     pen.globalAlpha = item.alpha ?? 0.25;
     pen.fillStyle = item.colour;
@@ -193,65 +209,58 @@ function draw(pen, item, frame) {
     pen.globalAlpha = 1;
     return;
   }
-  if (item.type === "patch") return;
   stroke(pen, item);
   pen.beginPath();
   if (item.type === "level") {
-    if (item.axis === "x") (pen.moveTo(px(item.at), top), pen.lineTo(px(item.at), bottom));
-    else (pen.moveTo(left, py(item.at)), pen.lineTo(right, py(item.at)));
+    if (item.axis === "x") segment(pen, px(item.at), top, px(item.at), bottom);
+    else segment(pen, left, py(item.at), right, py(item.at));
   } else if (item.type === "circle") {
     pen.ellipse(px(0), py(0), px(item.radius) - px(0), py(0) - py(item.radius), 0, 0, 2 * Math.PI);
   } else {
-    polyline(pen, item, px, py);
+    let up = true; // there are gaps where a value is null or not a number
+    for (let i = 0; i < item.x.length; i++) {
+      const [a, b] = [item.x[i], item.y[i]];
+      if (a === null || b === null || Number.isNaN(a) || Number.isNaN(b)) up = true;
+      else if (up) (pen.moveTo(px(a), py(b)), (up = false));
+      else pen.lineTo(px(a), py(b));
+    }
   }
   pen.stroke();
   pen.setLineDash([]);
 }
 
-/** A line with gaps where a value is null or not a number. */
-function polyline(pen, { x, y }, px, py) {
-  let up = true;
-  for (let i = 0; i < x.length; i++) {
-    const a = x[i];
-    const b = y[i];
-    if (a === null || b === null || Number.isNaN(a) || Number.isNaN(b)) up = true;
-    else if (up) (pen.moveTo(px(a), py(b)), (up = false));
-    else pen.lineTo(px(a), py(b));
-  }
-}
+/** Marks of strokes and of areas, about the point and for a size of 1.
+ * @type {Record<string, number[][]>} */
+const CROSSED = { cross: [[-1, -1, 1, 1], [-1, 1, 1, -1]], plus: [[-1.3, 0, 1.3, 0], [0, 1.3, 0, -1.3]] }; // prettier-ignore
+/** @type {Record<string, number[][]>} */
+const CORNERS = {
+  diamond: [[0, -1.4], [1.1, 0], [0, 1.4], [-1.1, 0]], // prettier-ignore
+  square: [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]], // prettier-ignore
+  triangle: [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]], // prettier-ignore
+};
 
 /** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design, square
- * a fold, triangle a flip, plus a corner. */
+ * a fold, triangle a flip, plus a corner.
+ * @param {Pen} pen @param {string} shape @param {number} x @param {number} y @param {number} size @param {string} [colour] */
 export function mark(pen, shape, x, y, size, colour) {
-  const colours = theme();
   pen.setLineDash([]);
   pen.beginPath();
-  if (shape === "cross" || shape === "plus") {
-    const [far, near] = shape === "cross" ? [size, size] : [1.3 * size, 0];
+  if (CROSSED[shape]) {
     pen.strokeStyle = colour;
     pen.lineWidth = 2.4;
-    (pen.moveTo(x - far, y - near), pen.lineTo(x + far, y + near));
-    (pen.moveTo(x - near, y + far), pen.lineTo(x + near, y - far));
+    for (const ends of CROSSED[shape]) segment(pen, ...ends.map((one, i) => (i % 2 ? y : x) + size * one));
     pen.stroke();
     return;
   }
-  if (shape === "diamond")
-    (pen.moveTo(x, y - size * 1.4),
-      pen.lineTo(x + size * 1.1, y),
-      pen.lineTo(x, y + size * 1.4),
-      pen.lineTo(x - size * 1.1, y),
-      pen.closePath());
-  else if (shape === "square") pen.rect(x - 0.9 * size, y - 0.9 * size, 1.8 * size, 1.8 * size);
-  else if (shape === "triangle")
-    (pen.moveTo(x, y - 1.2 * size),
-      pen.lineTo(x + 1.1 * size, y + 0.8 * size),
-      pen.lineTo(x - 1.1 * size, y + 0.8 * size),
-      pen.closePath());
-  else pen.arc(x, y, size, 0, 2 * Math.PI);
-  pen.fillStyle = shape === "ring" ? colours.surface : colour;
+  const { surface } = theme();
+  if (CORNERS[shape]) {
+    for (const [right, down] of CORNERS[shape]) pen.lineTo(x + size * right, y + size * down);
+    pen.closePath();
+  } else pen.arc(x, y, size, 0, 2 * Math.PI);
+  pen.fillStyle = shape === "ring" ? surface : colour;
   pen.fill();
   if (shape === "dot") return;
   pen.lineWidth = shape === "ring" ? 2.4 : 1.6;
-  pen.strokeStyle = shape === "ring" ? colour : colours.surface;
+  pen.strokeStyle = shape === "ring" ? colour : surface;
   pen.stroke();
 }

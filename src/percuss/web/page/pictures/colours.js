@@ -1,16 +1,29 @@
+// @ts-check
 // The colours of the present theme. What things and motions look like comes from the server's palette (/api/about), from
 // which reports and pictures are drawn as well; surfaces and text are the style sheet's. What colour says is said by
 // shape, hatch or text as well.
 
+/** @typedef {{ light: string, dark: string }} Pair */
+/** A family of motions: `colour` that of its cells, `line` that of its lines and dots.
+ * @typedef {{ name: string, pattern: string, hatch: string, colour: string, line: string }} Family */
+/** @typedef {{ kinds: Pair[], verdicts: Record<string, Pair>, strain: Pair[], stability: Pair[],
+ *   families: (Pick<Family, "name" | "pattern" | "hatch"> & { colour: Pair })[], shares: string[], sign: string }} Palette */
+/** The colours of ramps are 256 of r, g and b; `scale` is the size of the text over the usual one.
+ * @typedef {Record<"ink" | "muted" | "line" | "surface" | "sunken" | "accent" | "good" | "bad" | "warn", string> &
+ *   { kinds: string[], verdicts: Record<string, string>, families: Family[], strain: Uint8ClampedArray,
+ *   stability: Uint8ClampedArray, shares: Uint8ClampedArray, sign: string, dark: boolean, scale: number }} Theme */
+
+/** @type {Theme | null} */
 let cache = null;
-let palette = null;
+/** @type {Palette} */
+let palette;
 let onPaper = false;
 const NAMES = ["ink", "muted", "line", "surface", "sunken", "accent", "good", "bad", "warn"];
 
 /** The kinds that lines and dots of the families are drawn in: the hues of their cells, seen where they are thin. */
-const LINES = [null, 0, 5, 4, 3, 1];
+const LINES = [-1, 0, 5, 4, 3, 1];
 
-/** Take the server's palette; before it nothing is drawn. */
+/** Take the server's palette; before it nothing is drawn. @param {Palette} given */
 export function usePalette(given) {
   palette = given;
   cache = null;
@@ -19,64 +32,61 @@ export function usePalette(given) {
   );
 }
 
-/** Whether the page is dark: as the switch says, else as the system has it; paper is never. */
-export function isDark() {
-  if (onPaper) return false;
-  const chosen = document.documentElement.dataset.theme;
-  return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+/** The theme is another one. */
+export function forgetTheme() {
+  cache = null;
 }
 
-/** Whether what is drawn next is for paper. */
+/** What is drawn next is for paper, which is never dark, or for the screen again. @param {boolean} whether */
 export function forPaper(whether) {
   onPaper = whether;
   cache = null;
 }
 
-/** The colours of the present theme and the size of its text, read once. */
+/** The colours of the present theme and the size of its text, read once. @returns {Theme} */
 export function theme() {
   if (cache) return cache;
   const style = getComputedStyle(document.documentElement);
-  const dark = isDark();
-  const get = (name) => {
+  const chosen = document.documentElement.dataset.theme; // else as the system has it
+  const dark = !onPaper && (chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
+  const get = (/** @type {string} */ name) => {
     const text = style.getPropertyValue(`--${name}`).trim();
     const pair = /^light-dark\(\s*(#\w+)\s*,\s*(#\w+)\s*\)$/.exec(text);
     return pair ? pair[dark ? 2 : 1] : text;
   };
-  const of = (colour) => (dark ? colour.dark : colour.light);
-  cache = Object.fromEntries(NAMES.map((name) => [name, get(name)]));
-  cache.kinds = palette.kinds.map(of);
-  cache.verdicts = Object.fromEntries(Object.entries(palette.verdicts).map(([name, colour]) => [name, of(colour)]));
-  cache.families = palette.families.map((family, i) => ({
-    ...family,
-    colour: of(family.colour),
-    line: cache.kinds[LINES[i]] ?? of(family.colour),
-  }));
-  cache.strain = table(palette.strain.map(of));
-  cache.stability = table(palette.stability.map(of));
-  cache.shares = table(palette.shares);
-  cache.sign = palette.sign;
-  cache.dark = dark;
-  cache.scale = Number.parseFloat(style.fontSize) / 16 || 1; // drawings grow with the text
-  return cache;
+  const of = (/** @type {Pair} */ colour) => (dark ? colour.dark : colour.light);
+  const kinds = palette.kinds.map(of);
+  cache = {
+    .../** @type {any} */ (Object.fromEntries(NAMES.map((name) => [name, get(name)]))),
+    kinds,
+    verdicts: Object.fromEntries(Object.entries(palette.verdicts).map(([name, colour]) => [name, of(colour)])),
+    families: palette.families.map((family, i) => ({
+      ...family,
+      colour: of(family.colour),
+      line: kinds[LINES[i]] ?? of(family.colour),
+    })),
+    strain: table(palette.strain.map(of)),
+    stability: table(palette.stability.map(of)),
+    shares: table(palette.shares),
+    sign: palette.sign,
+    dark,
+    scale: Number.parseFloat(style.fontSize) / 16 || 1, // drawings grow with the text
+  };
+  return /** @type {Theme} */ (cache);
 }
 
-export function forgetTheme() {
-  cache = null;
-}
-
-/** The family of a found motion, by its label: the first whose pattern fits, as the server has them. */
-export function familyOf(label) {
-  return palette.families.findIndex(({ pattern }) => new RegExp(`^(?:${pattern})`).test(label));
-}
+/** The family of a found motion, by its label: the first whose pattern fits, as the server has them. @param {string} label */
+export const familyOf = (label) =>
+  palette.families.findIndex(({ pattern }) => new RegExp(`^(?:${pattern})`).test(label));
 
 /** Shares of ink in the shades that tell the labels of a family apart; its other labels have the last. */
 const SHADES = [0, 0.3, 0.5, 0.65];
 
-/** Looks of lines by the labels of motions, {colour, name}: the hue tells the family, a shade of it the label. */
+/** Looks of lines by the labels of motions: the hue tells the family, a shade of it the label. @param {string[]} labels */
 export function looksOfLabels(labels) {
   const { families, ink } = theme();
   const many = families.map(() => 0);
-  const lookOf = (label) => {
+  const lookOf = (/** @type {string} */ label) => {
     const family = familyOf(label);
     const shade = Math.min(many[family]++, SHADES.length - 1);
     const mixed = rgb(families[family].line).map((part, i) => Math.round(part + SHADES[shade] * (rgb(ink)[i] - part)));
@@ -85,7 +95,7 @@ export function looksOfLabels(labels) {
   return new Map(labels.map((label) => [label, lookOf(label)]));
 }
 
-/** 256 colours of a ramp between its stops. */
+/** 256 colours of a ramp between its stops. @param {string[]} stops */
 function table(stops) {
   const found = new Uint8ClampedArray(256 * 3);
   const parts = stops.map(rgb);
@@ -97,16 +107,17 @@ function table(stops) {
   return found;
 }
 
-/** [r, g, b] of a share 0 to 1 on a ramp of the theme. */
+/** [r, g, b] of a share 0 to 1 on a ramp of the theme. @param {ArrayLike<number>} values @param {number} share */
 export function ramp(values, share) {
   const i = 3 * Math.round(255 * Math.min(1, Math.max(0, share)));
   return [values[i], values[i + 1], values[i + 2]];
 }
 
-/** The css colour of a signed share −1 to 1: blue (compression, negative) through grey to orange (tension). */
+/** The css colour of a signed share −1 to 1: blue (compression, negative) through grey to orange (tension).
+ * @param {number} share */
 export const signed = (share) => `rgb(${ramp(theme().strain, (share + 1) / 2).join()})`;
 
-/** [r, g, b] of a css colour as #rrggbb. */
+/** [r, g, b] of a css colour as #rrggbb. @param {string} colour */
 export function rgb(colour) {
   const value = parseInt(colour.slice(1), 16);
   return [(value >> 16) & 255, (value >> 8) & 255, value & 255];

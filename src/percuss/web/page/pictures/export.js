@@ -8,11 +8,8 @@ import { theme } from "./colours.js";
 import { SvgPen } from "./svg_pen.js";
 import { tr } from "../core/words.js";
 
-/** @typedef {{ label: string, from: number, to: number, ticks?: [number, string][] }} Axis */
-/** @typedef {ArrayLike<number | null>} Numbers */
-/** @typedef {{ type: string, name?: string, x?: any, y?: any, colour?: string, [more: string]: any }} Item */
-/** What a chart is told to draw; chart.js says more.
- * @typedef {{ x: Axis, y: Axis, items: Item[], equal?: boolean, image?: any }} Spec */
+/** @typedef {import("./chart_pen.js").Item} Item */
+/** @typedef {import("./chart_pen.js").Spec} Spec */
 /** @typedef {{ title: string, spec: Spec | null }} Chart */
 /** What is said of a picture beside its title: the name of its case, the date.
  * @typedef {{ name?: string, date?: string, width?: number, height?: number }} About */
@@ -29,8 +26,8 @@ const today = () => new Date().toLocaleDateString("sv"); // as ISO 8601 has it, 
 function rowsOf(pen, spec, width) {
   pen.font = `12.5px ${FAMILY}`;
   let [x, row] = [EDGE, 0];
-  const places = keyed(spec.items).map((/** @type {Item} */ item) => {
-    const needed = 34 + pen.measureText(tr(item.name)).width + 18;
+  const places = keyed(spec.items).map((item) => {
+    const needed = 34 + pen.measureText(tr(item.name ?? "")).width + 18;
     if (x > EDGE && x + needed > width - EDGE) [x, row] = [EDGE, row + 1];
     const place = { item, x, row };
     x += needed;
@@ -42,7 +39,7 @@ function rowsOf(pen, spec, width) {
 /** The whole picture by a pen of a canvas, or one that makes an SVG.
  * @param {any} pen @param {Chart & { spec: Spec }} chart @param {Required<About>} about */
 function compose(pen, { title, spec }, { name, date, width, height }) {
-  const colours = /** @type {any} */ (theme());
+  const colours = theme();
   pen.fillStyle = colours.surface;
   pen.fillRect(0, 0, width, height);
   const legend = rowsOf(pen, spec, width);
@@ -66,7 +63,7 @@ function compose(pen, { title, spec }, { name, date, width, height }) {
     pen.font = `12.5px ${FAMILY}`;
     pen.fillStyle = colours.ink;
     pen.textAlign = "left";
-    pen.fillText(tr(item.name), x + 34, y + 10);
+    pen.fillText(tr(item.name ?? ""), x + 34, y + 10);
   }
 }
 

@@ -5,11 +5,6 @@
 const NS = "http://www.w3.org/2000/svg";
 const PIXELS = 2; // of an embedded picture per unit of length
 
-/** What `save` keeps.
- * @typedef {{ into: SVGElement, matrix: DOMMatrix, globalAlpha: number, fillStyle: string | CanvasPattern,
- *   strokeStyle: string, lineWidth: number, lineJoin: string, dash: number[], font: string, textAlign: string,
- *   textBaseline: CanvasTextBaseline, imageSmoothingEnabled: boolean }} State */
-
 /** @typedef {Record<string, string | number | undefined>} Attributes */
 
 /** @param {string} tag @param {Attributes} attributes */
@@ -31,7 +26,7 @@ export class SvgPen {
     this.real = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
     this.path = "";
     this.clips = 0;
-    /** @type {State[]} */
+    /** What `save` keeps: all that stands below. @type {Partial<SvgPen>[]} */
     this.kept = [];
     this.into = this.root;
     this.matrix = new DOMMatrix();
@@ -57,11 +52,8 @@ export class SvgPen {
   // ---- State
 
   save() {
-    const { into, globalAlpha, fillStyle, strokeStyle, lineWidth, lineJoin, dash } = this;
-    const { font, textAlign, textBaseline, imageSmoothingEnabled } = this;
-    const matrix = DOMMatrix.fromMatrix(this.matrix);
-    const pens = { globalAlpha, fillStyle, strokeStyle, lineWidth, lineJoin, dash };
-    this.kept.push({ into, matrix, ...pens, font, textAlign, textBaseline, imageSmoothingEnabled });
+    const { root, real, path, clips, kept, ...state } = this;
+    kept.push({ ...state, matrix: DOMMatrix.fromMatrix(this.matrix) });
   }
 
   restore() {
@@ -204,16 +196,11 @@ export class SvgPen {
     const high = this.measureText(text).fontBoundingBoxAscent;
     this.real.textBaseline = "alphabetic"; // readers of SVG differ in all other baselines
     const down = this.real.measureText(text).fontBoundingBoxAscent - high;
-    const [, weight, size, family] = /^(?:(bold|\d+) )?([\d.]+)px (.+)$/.exec(this.font) ?? [
-      "",
-      "",
-      "10",
-      "sans-serif",
-    ];
+    const font = /^(?:(bold|\d+) )?([\d.]+)px (.+)$/.exec(this.font) ?? [];
     const anchor = { center: "middle", right: "end", end: "end" }[this.textAlign] ?? "start";
-    const font = { "font-size": size, "font-family": family, "font-weight": weight };
+    const looks = { "font-weight": font[1], "font-size": font[2], "font-family": font[3] };
     const place = { x: short(x), y: short(y + down), "text-anchor": anchor };
-    this.add("text", { ...place, ...font, fill: String(this.fillStyle) }).textContent = text;
+    this.add("text", { ...place, ...looks, fill: String(this.fillStyle) }).textContent = text;
   }
 
   // ---- Elements

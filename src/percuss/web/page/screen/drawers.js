@@ -2,7 +2,7 @@
 // The drawers: questions beside the screen. One opens over the strip and the reasons; pressed again, over all but the
 // verdict and the stage. Lessons and the report open from the head, whole.
 
-import { $, h, put } from "../core/dom.js";
+import { $, button, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
 import { data, isHeld, know, show, startLate, switchesItself, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
@@ -19,29 +19,18 @@ const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free 
 export function startDrawers(panels) {
   know(panels);
   const drawer = $("#drawer");
-  const close = h(
-    "button",
-    {
-      type: "button",
-      class: "icon",
-      id: "drawer-close",
-      "aria-label": "Close",
-      title: "Close (Esc)",
-      onclick: () => show({ panel: "", tall: 0 }),
-    },
-    "✕",
-  );
-  const grow = h("button", {
-    type: "button",
-    class: "icon",
-    id: "drawer-tall",
-    onclick: () => show({ tall: view.tall ? 0 : 1 }),
-  });
+  const shut = () => show({ panel: "", tall: 0 });
+  const closing = { class: "icon", id: "drawer-close", "aria-label": "Close", title: "Close (Esc)" };
+  const grow = button("", () => show({ tall: view.tall ? 0 : 1 }), { class: "icon", id: "drawer-tall" });
   const title = h("h2", { id: "drawer-title" });
   const sections = panels.map(({ name }) =>
     h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }),
   );
-  put(drawer, h("div", { class: "drawer-head" }, title, grow, close), h("div", { class: "drawer-body" }, sections));
+  put(
+    drawer,
+    h("div", { class: "drawer-head" }, title, grow, button("✕", shut, closing)),
+    h("div", { class: "drawer-body" }, sections),
+  );
   const fill = (/** @type {number} */ i) => filled(panels[i], sections[i]);
   panels.forEach((panel, i) => effect(() => void (isWanted(panel) && fill(i))));
   whenIdle(() => panels.forEach((_, i) => whenIdle(() => fill(i))));
@@ -49,7 +38,7 @@ export function startDrawers(panels) {
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.panel || event.defaultPrevented) return;
     const { panel } = view;
-    show({ panel: "", tall: 0 });
+    shut();
     $(`#tab-${panel}`)?.focus();
   });
   effect(() => {
@@ -105,9 +94,5 @@ export function opener({ name, title, place }) {
     else if (view.tall || place) show({ panel: "", tall: 0 });
     else show({ tall: 1 });
   };
-  return h(
-    "button",
-    { type: "button", id: `tab-${name}`, "aria-controls": "drawer", "aria-expanded": "false", onclick: press },
-    title,
-  );
+  return button(title, press, { id: `tab-${name}`, "aria-controls": "drawer", "aria-expanded": "false" });
 }

@@ -1,141 +1,151 @@
+// @ts-check
 // The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
-import { $, h, put, settled } from "../core/dom.js";
+import { saidOf } from "../core/api.js";
+import { $, button, h, put, settled } from "../core/dom.js";
 import { number, plainNumber, si, withUnit } from "../core/format.js";
+import { signal, whenever } from "../core/signals.js";
+import * as state from "../core/state.js";
+import { chosen, data, isHeld, reasonOf, switchesItself, view } from "../core/state.js";
 import { nearestEdge } from "../map/map_panel.js";
-import { chosen, data, isHeld, move, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
-import { plays, playedFigures, playedVerdict } from "./headline_played.js";
-import { machineFigures, machineVerdict } from "./headline_machine.js";
+import { machineTold } from "./headline_machine.js";
+import { every, playedTold, plays } from "./headline_played.js";
+
+/** A figure: its name, its value or "…" while that is on its way, its unit.
+ * @typedef {[name: string, value: number | "…", unit: string]} Figure */
+/** A place that the verdict names, and what a parameter is there. @typedef {{ words: string, name: string, value: number }} Way */
+/** What the headline tells: the look of the badge and its text, the words beside it, the figures; of a steady motion
+ * which of all it is, and whether each is stable; what it takes for granted of the load; the figures to compare with.
+ * @typedef {{ kind: "good" | "bad" | "warn", text: string, words: string, ways?: Way[], figures?: Figure[], now?: number,
+ *   stable?: boolean[], clock?: { words: string, title?: string } | null, pinned?: Figure[] }} Told */
 
 export function startHeadline() {
-  on("quick steady machine problems view info played edges pinned", unhurried(paint));
-}
-
-let last = "";
-
-/** The verdict in its place: [kind of the badge, its text, the words], the rows of figures, and what there is to choose. */
-function paint() {
-  const found = answer();
-  if (!found) return;
-  const [[kind, text, words, ways = []], rows, choice] = found;
-  const key = JSON.stringify([kind, text, words, ways, rows, choice, data.info?.clock, pinnedFigures()]);
-  if (key === last) return; // nothing new to say
-  last = key;
-  put(
-    $("#headline"),
-    h(
-      "div",
-      { class: "verdict" },
-      h("span", { class: `badge ${kind}`, id: "verdict" }, text),
-      h("div", { class: "words" }, h("p", { id: "reason", title: words }, words), ways.map(way), clock(), choice && orbits(choice)),
-    ),
-    h("dl", { class: "figures" }, rows.map(figure)),
+  const present = signal(/** @type {Told | null} */ (null));
+  const tell = () => (present.value = told() ?? present.peek());
+  state.on("quick steady machine problems view info played edges pinned", state.unhurried(tell));
+  whenever(
+    () => present.value,
+    (now) => {
+      put($("#headline"), headline(now));
+      say(`${now.text}. ${now.words}`);
+    },
   );
-  say(`${text}. ${words}`);
 }
-
-/** A place that the verdict names: pressed, the design goes there. */
-const way = ({ words, name, value }) =>
-  h("button", { type: "button", class: "link way", onclick: () => move({ [name]: plainNumber(value, 5) }) }, `${words} ▸`);
 
 /** What is read aloud, once it has come to rest. */
-const say = settled((words) => put($("#verdict-said"), words), 700);
+const say = settled((/** @type {string} */ words) => put($("#verdict-said"), words), 700);
 
-function answer() {
-  if (data.problems.length) {
-    const words = data.problems.map((p) => [p.key && `${p.key}: `, p.message, p.remedy && ` — ${p.remedy}`].filter(Boolean).join(""));
-    return [["bad", "No answer", words.join(" ")], []];
-  }
-  if (switchesItself()) return data.machine && [machineVerdict(), machineFigures()];
+/** @param {Told} told */
+function headline({ kind, text, words, ways = [], figures = [], now, stable = [], clock, pinned }) {
+  const go = (/** @type {Way} */ { name, value }) => state.move({ [name]: plainNumber(value, 5) });
+  const motions = stable.map((good, i) => {
+    const title = `Motion ${i + 1} of ${stable.length}, ${good ? "stable" : "unstable"}`;
+    const said = { "aria-pressed": String(now === i + 1), "aria-label": title, title };
+    return button(String(i + 1), () => state.show({ orbit: i + 1 }), said);
+  });
+  const beside = [
+    h("p", { id: "reason", title: words }, words),
+    ways.map((way) => button(`${way.words} ▸`, () => go(way), { class: "link way" })),
+    clock && h("p", { class: clock.title ? "small muted" : "small", id: "clock", title: clock.title }, clock.words),
+    motions.length > 1 && h("span", { class: "segments", role: "group", "aria-label": "Which steady motion" }, motions),
+  ];
+  const badge = h("span", { class: `badge ${kind}`, id: "verdict" }, text);
+  const cells = figures.map((one) => figure(one, pinned));
+  return [
+    h("div", { class: "verdict" }, badge, h("div", { class: "words" }, beside)),
+    h("dl", { class: "figures" }, cells),
+  ];
+}
+
+/** @param {Figure} figure @param {Figure[]} [pinned] those of A */
+function figure([name, value, unit], pinned) {
+  if (value === "…") return h("div", {}, h("dd", {}, value), h("dt", {}, name));
+  const [told, inUnits] = (["J", "W", "Pa"].includes(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
+  const other = pinned?.find(([one, , own]) => one === name && own === unit)?.[1];
+  const more = other ? 100 * (value / Number(other) - 1) : Number.NaN;
+  const beside = Number.isFinite(more) && ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %`;
+  const term = h("dt", {}, name, beside && h("span", { class: "beside" }, beside));
+  return h("div", {}, h("dd", {}, told, inUnits && h("small", {}, inUnits)), term);
+}
+
+/** The figures of the present design, to be pinned. */
+export const presentFigures = () => told()?.figures ?? [];
+
+/** @returns {Told | null} */
+function told() {
+  const pinned = data.pinned?.figures;
+  const words = data.problems.map((/** @type {any} */ one) => saidOf(one).filter(Boolean).join("")).join(" ");
+  if (words) return { kind: "bad", text: "No answer", words, clock: clock() };
+  if (switchesItself()) return data.machine && { ...machineTold(data.machine), pinned };
   if (!data.quick) return null;
-  if (plays()) return [playedVerdict(), playedFigures()];
   const found = chosen();
-  if (!found) return [none(), []];
-  const all = data.quick.orbits;
-  return [verdict(found), figures(found), all.length > 1 ? { now: found.number, stable: all.map((orbit) => orbit.stable) } : null];
+  return { ...(plays() ? playedTold() : found ? steady(found) : none(data.quick)), clock: clock(), pinned };
 }
 
 /** What the verdict takes for granted of a load that switches as a valve does, or where it turns on the load's clock. */
 function clock() {
   if (switchesItself() || !data.quick) return null;
-  if (data.quick.clocked) return h("p", { class: "small", id: "clock" }, ` ${data.quick.clocked}`);
-  const note = data.info?.clock;
+  if (data.quick.clocked) return { words: ` ${data.quick.clocked}` };
   const words = " The load switches as a valve does: judged as if it kept time by itself; a valve would re-time it.";
-  return note && h("p", { class: "small muted", id: "clock", title: note }, words);
+  return data.info?.clock ? { words, title: data.info.clock } : null;
 }
 
-function verdict(found) {
-  const { stable } = found.quick;
-  const obstacle = obstacleOf(found);
-  if (obstacle) return ["bad", "Not possible", `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`];
+/** @param {NonNullable<ReturnType<typeof chosen>>} found @returns {Told} */
+function steady(found) {
+  const { quick, full, number: now } = found;
+  const all = { figures: figures(found), now, stable: data.quick.orbits.map((/** @type {any} */ one) => one.stable) };
+  const obstacle = state.obstacleOf(found);
+  if (obstacle) {
+    const words = `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`;
+    return { kind: "bad", text: "Not possible", words, ...all };
+  }
   const often = view.m === 1 ? "One blow every period" : `One blow in ${view.m} periods`;
-  const share = 1 - (found.full ?? found.quick).margin; // of a disturbance that is left after a blow
-  const known = Number.isFinite(share);
-  const sure = stable && data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : "";
-  if (!stable) return ["bad", "Unstable", `${often}; ${known && share > 1 ? `a hair's breadth grows ${number(share, 3)} × a blow` : reasonOf(found)}.`, edge("stable from")];
-  const blows = known && share > 0 ? Math.max(1, Math.ceil(Math.log(0.01) / Math.log(share))) : 1;
-  return ["good", "Stable", `${often}; ${known ? `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}` : reasonOf(found)}.${sure}`, edge("stable until")];
+  const share = 1 - (full ?? quick).margin; // of a disturbance that is left after a blow
+  if (!quick.stable) {
+    const why = share > 1 ? `a hair's breadth grows ${number(share, 3)} × a blow` : reasonOf(found);
+    return { kind: "bad", text: "Unstable", words: `${often}; ${why}.`, ways: edge("stable from"), ...all };
+  }
+  const blows = share > 0 ? Math.max(1, Math.ceil(Math.log(0.01) / Math.log(share))) : 1;
+  const settles = `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}`;
+  const sure = data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : "";
+  const words = `${often}; ${Number.isFinite(share) ? settles : reasonOf(found)}.${sure}`;
+  return { kind: "good", text: "Stable", words, ways: edge("stable until"), ...all };
 }
 
-/** Where the nearest curve of the map is met. */
+/** Where the nearest curve of the map is met. @param {string} words @returns {Way[]} */
 function edge(words) {
   const found = nearestEdge();
   if (!found || (words === "stable from" && found.kind === "fold")) return [];
-  return [{ words: `${words} ${found.label} ${withUnit(found.value, found.unit, 3)}`, name: found.name, value: found.value }];
+  const { label, name, value, unit } = found;
+  return [{ words: `${words} ${label} ${withUnit(value, unit, 3)}`, name, value }];
 }
 
-function none() {
-  const { m, nearest, note } = data.quick;
-  const ways = ["load_factor", "restitution"]
-    .filter((name) => nearest?.[name] !== null && nearest?.[name] !== undefined)
-    .map((name) => ({ words: `exists from ${name === "restitution" ? "R" : "a load factor of"} ${number(nearest[name], 3)}`, name, value: name === "restitution" ? nearest[name] * 1.001 : nearest[name] * 0.999 }));
-  const often = m === 1 ? "every load period" : `in ${m} load periods`;
-  return ["bad", "No steady motion", `No steady motion has one impact ${often}. ${note || "The mean load is too great for its alternating part."}`, ways];
+/** @param {Record<string, any>} quick @returns {Told} */
+function none({ m, nearest, note }) {
+  const exists = (/** @type {string} */ name, /** @type {string} */ words, /** @type {number} */ within) =>
+    Number.isFinite(nearest?.[name])
+      ? [{ words: `exists from ${words} ${number(nearest[name], 3)}`, name, value: nearest[name] * within }]
+      : [];
+  const ways = [...exists("load_factor", "a load factor of", 0.999), ...exists("restitution", "R", 1.001)];
+  const why = note || "The mean load is too great for its alternating part.";
+  const words = `No steady motion has one impact ${every(m)}. ${why}`;
+  return { kind: "bad", text: "No steady motion", words, ways };
 }
 
 const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "peak_stress_MPa", "percussive_power_kW"];
 
-/** What a figure of the report is called, its value in a unit without a prefix, and this unit. */
-function inUnit(key, value) {
-  const { label, unit, factor } = data.about.cards.find((card) => card.key === key);
-  return [label, value === null ? null : value * factor, unit];
-}
-
+/** @param {import("../core/state.js").Chosen} found @returns {Figure[]} */
 function figures({ quick, full }) {
-  const si = quick.si;
-  const cells = si
-    ? (isHeld() ? FIRST.filter((key) => key in si) : FIRST).map((key) => inUnit(key, si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null)))
-    : [
-        ["blow energy", quick.blow_energy, ""],
-        ["striking speed", quick.impact_velocity, ""],
-        ["impact phase [rad]", quick.phase, ""],
-      ];
-  if (!(quick.impact_velocity > 0))
-    for (const cell of cells) if (cell[0] !== "impact phase [rad]") cell[1] = Number.NaN; // there is no blow
-  return cells;
-}
-
-function figure([name, value, unit]) {
-  if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
-  const [told, inUnits] = (SCALED.has(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
-  const other = pinnedFigures()?.find(([one, , own]) => one === name && own === unit)?.[1];
-  const more = other ? 100 * (value / other - 1) : Number.NaN;
-  const beside = Number.isFinite(more) ? ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %` : "";
-  return h("div", {}, h("dd", {}, told, inUnits && h("small", {}, inUnits)), h("dt", {}, name, beside && h("span", { class: "beside" }, beside)));
-}
-
-const SCALED = new Set(["J", "W", "Pa"]);
-
-/** The figures of the design that is pinned as A. */
-const pinnedFigures = () => data.pinned?.figures;
-
-/** Those of the present design, to be pinned: [name, value, unit]. */
-export const presentFigures = () => answer()?.[1] ?? [];
-
-function orbits({ now, stable }) {
-  const button = (good, i) => {
-    const label = `Motion ${i + 1} of ${stable.length}, ${good ? "stable" : "unstable"}`;
-    return h("button", { type: "button", "aria-pressed": String(now === i + 1), "aria-label": label, title: label, onclick: () => show({ orbit: i + 1 }) }, String(i + 1));
-  };
-  return h("span", { class: "segments", role: "group", "aria-label": "Which steady motion" }, stable.map(button));
+  const struck = (/** @type {any} */ value) => (quick.impact_velocity > 0 ? value : Number.NaN);
+  if (!quick.si)
+    return [
+      ["blow energy", struck(quick.blow_energy), ""],
+      ["striking speed", struck(quick.impact_velocity), ""],
+      ["impact phase [rad]", quick.phase, ""],
+    ];
+  return FIRST.filter((key) => !isHeld() || key in quick.si).map((key) => {
+    const { label, unit, factor } = data.about.cards.find((/** @type {any} */ card) => card.key === key);
+    const value = quick.si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null);
+    return [label, struck(value === null ? "…" : value * factor), unit]; // in a unit without a prefix
+  });
 }

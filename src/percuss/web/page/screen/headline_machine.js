@@ -1,41 +1,42 @@
+// @ts-check
 // The headline of a machine that switches itself: whether it runs, with what, or what keeps it from running.
 
-import { data } from "../core/state.js";
-
-/** [the kind of the badge, its text, the sentence beside it]. */
-export function machineVerdict() {
-  const { runs, answer, sentence } = data.machine;
-  const text = `${answer.outcome[0].toUpperCase()}${answer.outcome.slice(1)}${runs || !answer.label ? "" : `, ${answer.label}`}`;
-  return [runs ? "good" : "bad", text, runs ? running(data.machine) : sentence];
+/** @param {Record<string, any>} machine @returns {import("./headline.js").Told} */
+export function machineTold({ runs, answer, sentence, settles, more }) {
+  const { outcome, label } = answer;
+  const known = more?.uncertainty ? ` ${more.uncertainty.sentence}` : "";
+  const rest = more?.starts_from_rest
+    ? "It starts from rest on the tool."
+    : "It does not start from rest on the tool: it must be pushed off.";
+  const running = `One blow a cycle, switched by the piston. Stable: ${settles}.${more ? `${known} ${rest}` : ""}`;
+  return {
+    kind: runs ? "good" : "bad",
+    text: `${outcome[0].toUpperCase()}${outcome.slice(1)}${runs || !label ? "" : `, ${label}`}`,
+    words: runs ? running : sentence,
+    figures: answer.period ? figures(answer) : [],
+  };
 }
-/** A running machine in a sentence or two. */
-function running({ settles, more }) {
-  const stable = `One blow a cycle, switched by the piston. Stable: ${settles}.`;
-  if (!more) return stable;
-  const known = more.uncertainty ? ` ${more.uncertainty.sentence}` : "";
-  return `${stable}${known} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
-}
 
-/** Its figures: rows of [name, value, unit]. */
-export function machineFigures() {
-  const { answer } = data.machine;
-  const { si, blows } = answer;
-  if (!answer.period) return [];
-  if (si)
-    return [
-      ["blow energy", si.blow_energy_J, "J"],
-      ["blow rate", si.blow_rate_Hz, "Hz"],
-      ["blows a minute", si.blow_rate_per_min, ""],
-      ["striking speed", si.impact_velocity_m_s, "m/s"],
-      ["stroke", 1e3 * si.stroke_m, "mm"],
-      ["oil flow", si.oil_flow_l_per_min, "l/min"],
-      ["delivered power", si.delivered_power_kW * 1000, "W"],
-    ].filter(([, value]) => value !== null);
-  return [
-    ["blow energy", Math.max(...blows.map((blow) => blow.energy)), ""],
-    ["striking speed", Math.max(...blows.map((blow) => blow.speed)), ""],
-    ["period", answer.period, ""],
-    ["stroke", answer.stroke, ""],
-    ["share of the power stroke", answer.duty, ""],
-  ];
+/** @param {Record<string, any>} answer */
+function figures({ si, blows, period, stroke, duty }) {
+  const greatest = (/** @type {string} */ name) => Math.max(...blows.map((/** @type {any} */ blow) => blow[name]));
+  /** @type {import("./headline.js").Figure[]} */
+  const found = si
+    ? [
+        ["blow energy", si.blow_energy_J, "J"],
+        ["blow rate", si.blow_rate_Hz, "Hz"],
+        ["blows a minute", si.blow_rate_per_min, ""],
+        ["striking speed", si.impact_velocity_m_s, "m/s"],
+        ["stroke", 1e3 * si.stroke_m, "mm"],
+        ["oil flow", si.oil_flow_l_per_min, "l/min"],
+        ["delivered power", si.delivered_power_kW * 1000, "W"],
+      ]
+    : [
+        ["blow energy", greatest("energy"), ""],
+        ["striking speed", greatest("speed"), ""],
+        ["period", period, ""],
+        ["stroke", stroke, ""],
+        ["share of the power stroke", duty, ""],
+      ];
+  return found.filter(([, value]) => value !== null);
 }

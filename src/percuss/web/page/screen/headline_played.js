@@ -1,30 +1,40 @@
+// @ts-check
 // The headline while a simulated motion plays: it tells of that motion, and not of the steady one beside it.
 
 import { chosen, data, reasonOf, view } from "../core/state.js";
 
 /** Whether what the page shows is a motion from a start. */
-export const plays = () => view.source === "start" && view.panel !== "blow" && !data.problems.length;
+export const plays = () => view.source === "start" && view.panel !== "blow";
 
-/** The motion that plays, once it is that of the present case; else null. */
-const played = () => (data.played?.change === data.changed ? data.played.motion : null);
+/** How often, in load periods. @param {number} n */
+export const every = (n) => (n === 1 ? "every load period" : `in ${n} load periods`);
 
-/** [the kind of the badge, its text, the sentence below it]. */
-export function playedVerdict() {
-  const motion = played();
-  if (!motion) return ["warn", "Simulating …", "From the start of the case."];
-  const { label } = motion;
-  const steady = label.startsWith("z=");
-  const sentence = `What plays was found by simulation from the start: ${meaning(label)}. ${beside()}`;
-  return [steady ? "good" : "warn", `Plays: ${label}`, sentence];
+/** @returns {import("./headline.js").Told} */
+export function playedTold() {
+  const motion = data.played?.change === data.changed ? data.played.motion : null; // once it is of the present case
+  if (!motion) return { kind: "warn", text: "Simulating …", words: "From the start of the case." };
+  const { label, summary } = motion;
+  return {
+    kind: label.startsWith("z=") ? "good" : "warn",
+    text: `Plays: ${label}`,
+    words: `What plays was found by simulation from the start: ${meaning(label)}. ${beside()}`,
+    figures: figures(summary),
+  };
 }
 
-/** A label in words. */
+/** A label in words. @param {string} label */
 function meaning(label) {
   const [head, tail] = label.split(/[=/]/);
   const n = Number(label.split("/")[1] ?? 1);
-  const again = tail === "?" ? "after a time that rounding decides" : n === 1 ? "every load period" : `again after ${n} load periods`;
+  const again =
+    tail === "?"
+      ? "after a time that rounding decides"
+      : n === 1
+        ? "every load period"
+        : `again after ${n} load periods`;
+  /** @type {Record<string, string>} */
   const words = {
-    z: `${tail === "1" ? "one blow" : `${tail} blows`} ${n === 1 ? "every load period" : `in ${n} load periods`}`,
+    z: `${tail === "1" ? "one blow" : `${tail} blows`} ${every(n)}`,
     chatter: `bounces that die out, rest and release, ${again}`,
     rest: label === "rest" ? "the bar comes to rest on the wall and stays there" : `blows, rest and release, ${again}`,
     departed: "the load pulls the bar off the wall for good",
@@ -36,7 +46,7 @@ function meaning(label) {
 /** What there is beside it: the steady motion that the other panels tell of. */
 function beside() {
   const found = chosen();
-  const which = `steady motion with one blow ${view.m === 1 ? "every load period" : `in ${view.m} load periods`}`;
+  const which = `steady motion with one blow ${every(view.m)}`;
   if (!found) return `There is no ${which}.`;
   if (found.full && !found.full.admissible) return `The ${which} is not possible.`;
   const words = reasonOf(found);
@@ -44,21 +54,21 @@ function beside() {
   return `The ${which} is ${verdict}.`;
 }
 
-/** Its figures: rows of [name, value, unit]; means over what it settles on. */
-export function playedFigures() {
-  const summary = played()?.summary;
-  if (!summary) return [];
-  const { si } = summary;
-  if (si)
-    return [
-      ["mean blow energy", si.blow_energy_J, "J"],
-      ["blow rate", si.main_blow_rate_Hz, "Hz"],
-      ["mean striking speed", si.impact_velocity_m_s, "m/s"],
-      ["delivered power", si.delivered_power_kW === null ? null : si.delivered_power_kW * 1000, "W"],
-    ].filter(([, value]) => value !== null && value !== undefined);
-  return [
-    ["mean blow energy", summary.blow_energy, ""],
-    ["mean striking speed", summary.impact_velocity, ""],
-    ["blows per load period", summary.main_blow_rate, ""],
-  ].filter(([, value]) => value !== null && value !== undefined);
+/** Means over what it settles on. @param {Record<string, any>} [summary] */
+function figures(summary) {
+  const { si, blow_energy, impact_velocity, main_blow_rate } = summary ?? {};
+  /** @type {import("./headline.js").Figure[]} */
+  const found = si
+    ? [
+        ["mean blow energy", si.blow_energy_J, "J"],
+        ["blow rate", si.main_blow_rate_Hz, "Hz"],
+        ["mean striking speed", si.impact_velocity_m_s, "m/s"],
+        ["delivered power", si.delivered_power_kW && si.delivered_power_kW * 1000, "W"],
+      ]
+    : [
+        ["mean blow energy", blow_energy, ""],
+        ["mean striking speed", impact_velocity, ""],
+        ["blows per load period", main_blow_rate, ""],
+      ];
+  return found.filter(([, value]) => value !== null && value !== undefined);
 }

@@ -3,18 +3,17 @@
 
 import { writeAddress } from "../core/address.js";
 import { post } from "../core/api.js";
-import { h } from "../core/dom.js";
+import { button, h } from "../core/dom.js";
 import { valueAt } from "../core/moves.js";
 import { data, fileName, switchesItself, view } from "../core/state.js";
 import { changed, toast } from "./header.js";
 
 /** The menu of the head. */
 export function shareMenu() {
-  const button = (
-    /** @type {string} */ id,
-    /** @type {string} */ words,
-    /** @type {() => string | Promise<string>} */ text,
-  ) => h("button", { type: "button", id, onclick: () => copied(words, text) }, words);
+  /** @param {string} id @param {string} words @param {() => string | Promise<string>} text */
+  const copy = (id, words, text) => button(words, () => copied(words, text), { id });
+  const embedded = () =>
+    `<iframe src="${link().replace("#", "#embed=1&")}" width="960" height="600" title="percuss"></iframe>`;
   const menu = h(
     "details",
     { class: "menu", id: "share" },
@@ -22,14 +21,10 @@ export function shareMenu() {
     h(
       "div",
       { class: "sheet column" },
-      button("share-link", "Copy link", link),
-      button("share-command", "Copy as command", command),
-      button("share-python", "Copy as Python", python),
-      button(
-        "share-embed",
-        "Copy to embed",
-        () => `<iframe src="${link().replace("#", "#embed=1&")}" width="960" height="600" title="percuss"></iframe>`,
-      ),
+      copy("share-link", "Copy link", link),
+      copy("share-command", "Copy as command", command),
+      copy("share-python", "Copy as Python", python),
+      copy("share-embed", "Copy to embed", embedded),
       h(
         "p",
         { class: "small muted" },
