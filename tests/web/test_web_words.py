@@ -20,7 +20,7 @@ pytestmark = pytest.mark.browser
 
 GERMAN, SWEDISH = {"locale": "de-DE"}, {"locale": "sv-SE"}
 KINDS = ("mini-breaker", "hydraulic-drifter", "drill-string", "valve-breaker", "oil-drifter", "stopped-beam")
-NOT_SAID = "import('/static/core/words.js').then(words => [...words.missed])"
+NOT_SAID = "import('/static/core/words.js').then(words => [...words.missed].filter(one => !/^[\\w.]+[=<]/.test(one)))"
 
 
 def test_every_phrase_has_both_languages() -> None:

@@ -125,7 +125,8 @@ function loads(quick) {
 function circle() {
   const { ink, kinds, muted } = theme();
   const found = chosen();
-  const { rigid = [], values = [], largest } = found?.quick.multipliers ?? {};
+  const { largest, ...more } = found?.quick.multipliers ?? {};
+  const [rigid, values] = [more.rigid ?? [], more.values ?? []]; // null until the drawer is open
   /** @type {{ x: number, y: number, inside: boolean }[]} */
   const held = values.map((/** @type {number[]} */ [re, im]) => {
     const size = Math.hypot(re, im);

@@ -3,7 +3,7 @@
 
 import { differences, redo, undo, undone } from "../core/address.js";
 import { $, flushFrames, h, put } from "../core/dom.js";
-import { system, useSystem } from "../core/format.js";
+import { quantity, system, useSystem, withUnit } from "../core/format.js";
 import { valueAt } from "../core/moves.js";
 import { effect } from "../core/signals.js";
 import { chosen, data, pickMachine, presentValues, setKey, setTables, show, tell, view } from "../core/state.js";
@@ -174,9 +174,15 @@ function one([key, now, before]) {
   const back = h(
     "button",
     { type: "button", class: "link", onclick: () => setKey(key, valueAt(data.base ?? {}, key)) },
-    before || "none",
+    short(before),
   );
-  return h("li", {}, `${name}: ${now || "none"} (was `, back, ")");
+  return h("li", {}, name, ": ", short(now), " (was ", back, ")");
+}
+
+/** What a key has, a number with as many digits as can be read. @param {string} text */
+function short(text) {
+  const found = quantity(text);
+  return found ? withUnit(found.value, found.unit, 6) : text || "none";
 }
 
 /** @param {(error: unknown) => void} failed */
