@@ -9,21 +9,7 @@ import { data, fileName, setTables, view } from "../core/state.js";
 import { struckNow, whatIsStruck } from "../blow/blow_target.js";
 import { fileProblems, filesCard, recording } from "./case_files.js";
 import { coefficients, clockedLoad, valveFields, valveKeys, valveLoad } from "./load_fields.js";
-import {
-  BAR,
-  CONTACT,
-  HELD,
-  KINDS,
-  MODES,
-  MOUNTED,
-  SHARED,
-  START,
-  SYSTEM,
-  TITLE,
-  loadFields,
-  otherLoad,
-  struckFields,
-} from "./fields.js";
+import { FIELDS, KINDS, loadFields, otherLoad, struckFields } from "./fields.js";
 import { field, fill, problemOf, tellProblems } from "./form_fields.js";
 import { chosenLaws, dampingFields, placeField, strainField } from "./law_choices.js";
 import { sectioned, sectionsTable, toolTable, uniformOrSections } from "./sections_table.js";
@@ -135,18 +121,18 @@ function build() {
 
 /** @param {Tables} tables */
 function inSI(tables) {
-  const sizes = sectioned(tables) ? SHARED : BAR;
+  const sizes = sectioned(tables) ? FIELDS.bar.slice(-2) : FIELDS.bar; // sections have their own
   return [
-    group("Bar", uniformOrSections(tables), fields([...TITLE, ...sizes].map(field), dampingFields(tables))),
+    group("Bar", uniformOrSections(tables), fields([...FIELDS.title, ...sizes].map(field), dampingFields(tables))),
     load(tables),
     sectioned(tables) && sectionsTable(tables),
-    h("div", { class: "stack" }, group("Contact", fields(CONTACT.map(field), strainField(tables))), files),
+    h("div", { class: "stack" }, group("Contact", fields(FIELDS.contact.map(field), strainField(tables))), files),
   ];
 }
 
 /** @param {Tables} tables */
 function inPlainNumbers(tables) {
-  const inside = [[...TITLE, ...SYSTEM].map(field), dampingFields(tables), strainField(tables)];
+  const inside = [[...FIELDS.title, ...FIELDS.system].map(field), dampingFields(tables), strainField(tables)];
   return [
     h("div", { class: "stack" }, group("System", uniformOrSections(tables), fields(inside)), files),
     load(tables),
@@ -163,7 +149,9 @@ function held(tables) {
     : "A mass or a bar on a spring and a dashpot, at its driven end.";
   /** @type {import("./fields.js").Field[]} */
   const mass = system || bar ? [] : [["body.mass", "Mass", "of a rigid mass, as 2 kg"]];
-  const own = [...TITLE, ...HELD, ...(modal ? MODES : [...MOUNTED, ...mass]), system ? SYSTEM[1] : CONTACT[0]];
+  const { title, held, modes, mounted } = FIELDS;
+  const wall = system ? FIELDS.system[1] : FIELDS.contact[0];
+  const own = [...title, ...held, ...(modal ? modes : [...mounted, ...mass]), wall];
   return [h("div", { class: "stack" }, group("Structure", hint(words), fields(own.map(field))), files), load(tables)];
 }
 
@@ -176,7 +164,7 @@ const hint = (words) => h("p", { class: "hint small muted" }, words);
 
 function simulation() {
   const words = "For the motion from a start. When empty: at rest, one bar length off the wall.";
-  return group("Simulation", hint(words), fields(START.map(field)));
+  return group("Simulation", hint(words), fields(FIELDS.start.map(field)));
 }
 
 /** What is struck in one blow, resolved by waves. @param {Tables} tables */

@@ -6,54 +6,68 @@ import { plainNumber, quantity } from "../core/format.js";
 /** A field: its key, its label, what may stand there, and whether that is a list. @typedef {[string, string, string, boolean?]} Field */
 /** A load as it is written in a case. @typedef {Record<string, any>} Load */
 
-/** @type {Field[]} */
-export const BAR = [
-  ["bar.length", "Length", "from the driven to the striking end, as 341 mm"],
-  ["bar.diameter", "Diameter", "of a solid round bar; or give the area"],
-  ["bar.area", "Cross-section", "as 18.9 cm^2; or give the diameter"],
-  ["bar.youngs_modulus", "Young's modulus", "steel, 210 GPa, when empty"],
-  ["bar.density", "Density", "steel, 7850 kg/m^3, when empty"],
-];
-
-/** Of a bar of sections, which may have materials of their own. */
-export const SHARED = BAR.slice(-2);
-
-/** @type {Field[]} */
-export const CONTACT = [
-  ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
-  ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
-];
-
-/** @type {Field[]} */
-export const SYSTEM = [
-  ["system.s", "Wave speed s", "C/(LΩ)"],
-  ["system.restitution", "Restitution R", "0 to 1"],
-];
-
-/** Of a structure that is held: what a table of modes has not is left out. @type {Field[]} */
-export const HELD = [
-  ["body.gap", "Gap", "from the contact to the wall without any force; negative where the wall presses"],
-];
-
-/** @type {Field[]} */
-export const MOUNTED = [
-  ["body.spring", "Spring", "its stiffness; in SI as 20 kN/m"],
-  ["body.dashpot", "Dashpot", "its force per velocity; none when empty"],
-];
-
-/** @type {Field[]} */
-export const MODES = [
-  ["body.omega", "Frequencies", "of the modes, in radians per radian of the load, or rad/s in SI", true],
-  ["body.damping", "Dampings", "2ζω of each mode", true],
-  ["body.contact", "Modes at the contact", "normalised to the modal mass 1", true],
-  ["body.drive", "Modes at the load", "the same where the load acts", true],
-];
-
-/** @type {Field[]} */
-const SI_ONLY = [
-  ["load.frequency", "Frequency", "of the fundamental, as 60 Hz or 402 blows/min"],
-  ["load.area", "Piston area", "that a pressure acts on; leave empty for forces"],
-];
+/** The fields by what they are of; of a structure that is held what a table of modes has not is left out.
+ * @type {Record<string, Field[]>} */
+export const FIELDS = {
+  title: [["title", "Title", "free text"]],
+  bar: [
+    ["bar.length", "Length", "from the driven to the striking end, as 341 mm"],
+    ["bar.diameter", "Diameter", "of a solid round bar; or give the area"],
+    ["bar.area", "Cross-section", "as 18.9 cm^2; or give the diameter"],
+    ["bar.youngs_modulus", "Young's modulus", "steel, 210 GPa, when empty"],
+    ["bar.density", "Density", "steel, 7850 kg/m^3, when empty"],
+  ],
+  contact: [
+    ["contact.restitution", "Restitution R", "0 to 1; or give the receiving area"],
+    ["contact.receiving_area", "Receiving area", "of a long struck rod of the same material"],
+  ],
+  system: [
+    ["system.s", "Wave speed s", "C/(LΩ)"],
+    ["system.restitution", "Restitution R", "0 to 1"],
+  ],
+  held: [["body.gap", "Gap", "from the contact to the wall without any force; negative where the wall presses"]],
+  mounted: [
+    ["body.spring", "Spring", "its stiffness; in SI as 20 kN/m"],
+    ["body.dashpot", "Dashpot", "its force per velocity; none when empty"],
+  ],
+  modes: [
+    ["body.omega", "Frequencies", "of the modes, in radians per radian of the load, or rad/s in SI", true],
+    ["body.damping", "Dampings", "2ζω of each mode", true],
+    ["body.contact", "Modes at the contact", "normalised to the modal mass 1", true],
+    ["body.drive", "Modes at the load", "the same where the load acts", true],
+  ],
+  clock: [
+    ["load.frequency", "Frequency", "of the fundamental, as 60 Hz or 402 blows/min"],
+    ["load.area", "Piston area", "that a pressure acts on; leave empty for forces"],
+  ],
+  start: [
+    ["start.position", "Position", "of the bar: 0 at the wall, negative off it; as -1 (bar lengths) or -3 cm"],
+    ["start.velocity", "Velocity", "toward the wall"],
+    ["start.modal_displacement", "Modes, displacement", "instead: u₀, u₁, … in bar lengths"],
+    ["start.modal_velocity", "Modes, velocity", "u₀′, u₁′, … in bar lengths per radian"],
+    ["start.time", "Load phase", "at the start, in rad, or a time"],
+    ["start.orbit", "Steady motion", "instead: just after the blow of motion 1, 2 …"],
+    ["start.periods", "Load periods per blow", "with a steady motion; 1 when empty"],
+    ["start.random", "Random", "instead: rigid, still or ringing"],
+    ["start.seed", "Seed", "of the random start"],
+    ["simulation.modes", "Elastic modes", "0: a rigid bar; 32 when empty"],
+    ["simulation.impacts", "Impacts", "at most; 2000 when empty"],
+    ["simulation.time", "Time", "at most, in rad, or as 2 s"],
+    ["simulation.tolerance", "Tolerance", "for calling a motion periodic; 1e-9 when empty"],
+  ],
+  speed: [["blow.velocity", "Speed", "of the bar toward the tool, for one blow; that of the steady motion when empty"]],
+  impedance: [["tool.impedance", "Impedance", "over that of the bar's last section"]],
+  bit: [["tool.bit_mass", "Mass at its end", "of a bit too short to be a section; none when empty"]],
+  gap: [["tool.gap", "Gap", "between the faces when the blow begins; none when empty"]],
+  rock: [
+    ["rock.stiffness", "Stiffness K₁ of the rock", "force per penetration while it grows, as 100 kN/mm"],
+    [
+      "rock.unloading_ratio",
+      "Unloading ratio γ",
+      "0 to 1: share of the penetration that the rock gives back; 1 when empty",
+    ],
+  ],
+};
 
 /** @type {Record<string, Field[]>} */
 const LOADS = {
@@ -87,57 +101,14 @@ export const KINDS = [
 /** The fields of a clocked load. @param {string} kind @param {boolean} si */
 export function loadFields(kind, si) {
   const own = (LOADS[kind] ?? []).filter(([key]) => si || key !== "load.unit");
-  return si ? [...own, ...SI_ONLY] : own;
+  return si ? [...own, ...FIELDS.clock] : own;
 }
-
-/** @type {Field[]} */
-export const TITLE = [["title", "Title", "free text"]];
-
-/** @type {Field[]} */
-export const START = [
-  ["start.position", "Position", "of the bar: 0 at the wall, negative off it; as -1 (bar lengths) or -3 cm"],
-  ["start.velocity", "Velocity", "toward the wall"],
-  ["start.modal_displacement", "Modes, displacement", "instead: u₀, u₁, … in bar lengths"],
-  ["start.modal_velocity", "Modes, velocity", "u₀′, u₁′, … in bar lengths per radian"],
-  ["start.time", "Load phase", "at the start, in rad, or a time"],
-  ["start.orbit", "Steady motion", "instead: just after the blow of motion 1, 2 …"],
-  ["start.periods", "Load periods per blow", "with a steady motion; 1 when empty"],
-  ["start.random", "Random", "instead: rigid, still or ringing"],
-  ["start.seed", "Seed", "of the random start"],
-  ["simulation.modes", "Elastic modes", "0: a rigid bar; 32 when empty"],
-  ["simulation.impacts", "Impacts", "at most; 2000 when empty"],
-  ["simulation.time", "Time", "at most, in rad, or as 2 s"],
-  ["simulation.tolerance", "Tolerance", "for calling a motion periodic; 1e-9 when empty"],
-];
-
-/** @type {Field} */
-const SPEED = [
-  "blow.velocity",
-  "Speed",
-  "of the bar toward the tool, for one blow; that of the steady motion when empty",
-];
-/** @type {Field} */
-const GAP = ["tool.gap", "Gap", "between the faces when the blow begins; none when empty"];
-/** @type {Field[]} */
-const ROCK = [
-  ["rock.stiffness", "Stiffness K₁ of the rock", "force per penetration while it grows, as 100 kN/mm"],
-  [
-    "rock.unloading_ratio",
-    "Unloading ratio γ",
-    "0 to 1: share of the penetration that the rock gives back; 1 when empty",
-  ],
-];
 
 /** Of what is struck in one blow, and how fast. @param {Record<string, any>} tables @param {string} struck */
 export function struckFields({ tool, rock, bar }, struck) {
-  /** @type {Field[]} */
-  const own = [];
-  if (tool && !bar && struck !== "wall")
-    own.push(["tool.impedance", "Impedance", "over that of the bar's last section"]);
-  if (tool && bar && (struck === "free" || struck === "rock"))
-    own.push(["tool.bit_mass", "Mass at its end", "of a bit too short to be a section; none when empty"]);
-  if (tool) own.push(GAP);
-  return [...own, ...(rock ? ROCK : []), SPEED];
+  const { impedance, bit, gap, rock: ofRock, speed } = FIELDS;
+  const own = bar ? ["free", "rock"].includes(struck) && bit : struck !== "wall" && impedance;
+  return [...((tool && own) || []), ...(tool ? gap : []), ...(rock ? ofRock : []), ...speed];
 }
 
 /** A load of another kind in the numbers of the present one, whose load factor tells the mean in the same unit.
