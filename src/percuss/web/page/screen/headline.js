@@ -59,12 +59,14 @@ function headline({ kind, text, words, ways = [], figures = [], now, stable = []
 
 /** @param {Figure} figure @param {Figure[]} [pinned] those of A */
 function figure([name, value, unit], pinned) {
-  if (value === "…") return h("div", {}, h("dd", {}, value), h("dt", {}, name));
+  const open = { type: "button", class: "link", onclick: () => state.show({ panel: "blow" }) };
+  const label = name === ROCK ? h("button", open, `${name} ▸`) : name;
+  if (value === "…") return h("div", {}, h("dd", {}, value), h("dt", {}, label));
   const [told, inUnits] = (["J", "W", "Pa"].includes(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
   const other = pinned?.find(([one, , own]) => one === name && own === unit)?.[1];
   const more = other ? 100 * (value / Number(other) - 1) : Number.NaN;
   const beside = Number.isFinite(more) && ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %`;
-  const term = h("dt", {}, name, beside && h("span", { class: "beside" }, beside));
+  const term = h("dt", {}, label, beside && h("span", { class: "beside" }, beside));
   return h("div", {}, h("dd", {}, told, inUnits && h("small", {}, inUnits)), term);
 }
 
@@ -143,9 +145,20 @@ function figures({ quick, full }) {
       ["striking speed", struck(quick.impact_velocity), ""],
       ["impact phase [rad]", quick.phase, ""],
     ];
-  return FIRST.filter((key) => !isHeld() || key in quick.si).map((key) => {
+  const found = FIRST.filter((key) => !isHeld() || key in quick.si).map((key) => {
     const { label, unit, factor } = data.about.cards.find((/** @type {any} */ card) => card.key === key);
     const value = quick.si[key] ?? (full?.si ? (full.si[key] ?? Number.NaN) : null);
-    return [label, struck(value === null ? "…" : value * factor), unit]; // in a unit without a prefix
+    /** @type {Figure} */
+    const cell = [label, struck(value === null ? "…" : value * factor), unit]; // in a unit without a prefix
+    return cell;
   });
+  return [...found, ...intoRock(data.steady)];
 }
+
+const ROCK = "into the rock";
+
+/** What a blow puts into the rock, where there is one: it comes with the whole answer. @param {any} answer @returns {Figure[]} */
+export const intoRock = (answer) =>
+  data.tables.rock
+    ? [[ROCK, answer?.transfer === undefined ? "…" : (answer.transfer?.rock_energy ?? Number.NaN), "J"]]
+    : [];

@@ -1,6 +1,8 @@
 // @ts-check
 // The headline of a machine that switches itself: whether it runs, with what, or what keeps it from running.
 
+import { intoRock } from "./headline.js";
+
 /** @param {Record<string, any>} machine @returns {import("./headline.js").Told} */
 export function machineTold({ runs, answer, sentence, settles, more }) {
   const { outcome, label } = answer;
@@ -13,7 +15,7 @@ export function machineTold({ runs, answer, sentence, settles, more }) {
     kind: runs ? "good" : "bad",
     text: `${outcome[0].toUpperCase()}${outcome.slice(1)}${runs || !label ? "" : `, ${label}`}`,
     words: runs ? running : sentence,
-    figures: answer.period ? figures(answer) : [],
+    figures: answer.period ? [...figures(answer), ...(answer.si ? intoRock(more ?? answer) : [])] : [],
   };
 }
 
@@ -25,7 +27,6 @@ function figures({ si, blows, period, stroke, duty }) {
     ? [
         ["blow energy", si.blow_energy_J, "J"],
         ["blow rate", si.blow_rate_Hz, "Hz"],
-        ["blows a minute", si.blow_rate_per_min, ""],
         ["striking speed", si.impact_velocity_m_s, "m/s"],
         ["stroke", 1e3 * si.stroke_m, "mm"],
         ["oil flow", si.oil_flow_l_per_min, "l/min"],
