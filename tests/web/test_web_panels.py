@@ -412,7 +412,8 @@ def test_a_slider_moves_the_curve_the_table_and_the_circle(desk: Desk) -> None:
 
 def test_the_orbits_equal_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
     page = desk.open("panel=orbits&machine=hydraulic-drifter")
-    orbits = steady_json(capsys, "hydraulic-drifter")["periods"][0]["orbits"]
+    answer = steady_json(capsys, "hydraulic-drifter")
+    orbits = answer["periods"][0]["orbits"]
     rows = page.locator("#orbit-table tbody tr")
     expect(rows).to_have_count(len(orbits))
     expect(page.locator("#orbit-table")).not_to_contain_text("…")
@@ -427,6 +428,11 @@ def test_the_orbits_equal_the_command_line(desk: Desk, capsys: pytest.CaptureFix
     values = [complex(*pair) for pair in shown["quick"]["multipliers"]["values"]]  # what the unit circle draws
     truth = orbits[shown["number"] - 1]["multipliers"]["moduli"]
     assert sorted(map(abs, values), reverse=True) == pytest.approx(truth, abs=1e-9)
+    assert float(figure(page, "into the rock ▸").split()[0]) == pytest.approx(
+        answer["transfer"]["rock_energy"], abs=0.5
+    )
+    page.get_by_role("button", name="into the rock").click()
+    expect(page.locator("#drawer-title")).to_have_text("One blow by waves")
 
 
 def test_a_motion_that_does_not_strike_has_no_blow(desk: Desk) -> None:
