@@ -27,7 +27,7 @@ const LONGEST = 60;
 /** `drawn`: the motion on the stage, which may be a start-up; `curve`: the machine of the curves over the pressure.
  * @type {Record<string, any>} */
 const parts = { drawn: null };
-/** @type {MachineStage & { canvas: HTMLCanvasElement }} */
+/** @type {MachineStage} */
 let stage;
 /** @type {Player} */
 let player;
@@ -35,7 +35,7 @@ let player;
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMachine() {
   const canvas = h("canvas", { id: "machine-stage", role: "img", "aria-label": "Piston, ports and valve" });
-  stage = /** @type {any} */ (new MachineStage(canvas, { ticked, struck }));
+  stage = new MachineStage(canvas, { ticked, struck });
   player = new Player(stage, { id: "machine-", about: "Time in the cycle", slow: "machineSlow", paced: pace });
   parts.sentence = h("p", { id: "machine-sentence", role: "status" });
   parts.obstacle = h("div", { id: "machine-obstacle", role: "alert" });
