@@ -8,6 +8,7 @@ import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
 import { REST, chosen, data, isHeld, modesInWords, move, on, show, view } from "../core/state.js";
 import { Chart, span } from "../pictures/chart.js";
+import { theme } from "../pictures/colours.js";
 import { along, askedRange, beginning, ready, rests, rising, startChoices } from "./branches_choices.js";
 import { eventTable, orbitList } from "./branches_events.js";
 import { everyRows, impossible, others, settledDots, stopAll, wantEvery, wantSettled } from "./branches_every.js";
@@ -23,6 +24,8 @@ import { ASIDE, RISING, placeAt, placeNear, placeOf, rowAt } from "./branches_wa
 const NEAR = 40; // pixels within which a click takes the branch
 /** @type {Record<string, any>} */
 const parts = {};
+/** @type {Chart} */
+let chart;
 let key = ""; // of the question under way, or answered
 /** @type {import("./branches_picture.js").Drawn} */
 let drawn = { followed: [], others: [], thin: [] };
@@ -37,8 +40,8 @@ let dragging = false;
 
 /** @param {HTMLElement} section */
 export function start(section) {
-  parts.chart = new Chart("Branches of motions", { kind: "map", role: "application", about: "Branches of motions" });
-  const { canvas, figure } = parts.chart;
+  chart = new Chart("Branches of motions", { kind: "map", role: "application", about: "Branches of motions" });
+  const { canvas, figure } = chart;
   Object.assign(canvas, { tabIndex: 0, id: "branches" });
   parts.choice = h("div", { class: "row" });
   parts.readout = h("p", { class: "small", id: "branches-readout", "aria-live": "polite" });
@@ -92,7 +95,7 @@ const askBranches = latest(
     asked = question;
     spot = null;
     const followed = branchesOf(found);
-    parts.chart.canvas.dataset.branches = followed.map(({ label }) => label).join();
+    chart.canvas.dataset.branches = followed.map(({ label }) => label).join();
     const stopped = followed.some(({ points }) => points.some(({ type }) => type === "stopped"));
     const { modes } = question;
     const how = modes || isHeld() ? `With ${modesInWords(modes)}.` : "Of a rigid bar.";
@@ -118,7 +121,7 @@ function renew(followed) {
   branches = [...drawn.followed, ...drawn.others];
   if (branches.length) asked ??= { tables: data.tables, axis: along(), modes: view.bmodes };
   if (spot && !branches[spot.branch]) spot = null;
-  parts.chart.canvas.dataset.others = String(drawn.others.length);
+  chart.canvas.dataset.others = String(drawn.others.length);
   if (asked) eventTable(parts.events, drawn, asked.axis, goTo);
   else put(parts.events);
   placed();
@@ -131,7 +134,7 @@ const more = () => renew(drawn.followed);
 /** @param {string | Node} words */
 function nothing(words) {
   asked = spot = null;
-  delete parts.chart.canvas.dataset.branches;
+  delete chart.canvas.dataset.branches;
   put(parts.readout);
   put(parts.status, words);
   renew([]);
@@ -197,17 +200,17 @@ function look(place, told = true) {
   const stable = row.stable === null ? "at the border of stability" : row.stable ? "stable" : "unstable";
   const value = withUnit(row.value, axis.unit, 5);
   put(parts.readout, `${motion} at ${axis.label.replace(/ \[.*/, "")} = ${value}: ${stable}.`);
-  parts.chart.canvas.dataset.spot = `${branch},${here}`;
+  chart.canvas.dataset.spot = `${branch},${here}`;
   over();
   if (told) show({ spot: kept(spot) });
 }
 
-const over = () => parts.chart.over(spotted(branches, spot, rising()));
+const over = () => chart.over(spotted(branches, spot, rising()));
 
 /** @param {number} branch @param {any} point */
 function goTo(branch, point) {
   look(placeOf(branches, branch, point));
-  parts.chart.canvas.scrollIntoView({ block: "nearest" });
+  chart.canvas.scrollIntoView({ block: "nearest" });
 }
 
 /** The hammer moved to the value of the place. @param {number} value */
@@ -224,10 +227,11 @@ const repaint = framed(() => {
   const design = now === undefined ? null : { x: now, y: height ?? null };
   const { from, to } = view.alongr || view.every || !branches.length ? askedRange(axis) : reached(now);
   const isSI = data.machine?.units === "SI";
-  parts.chart.draw(diagram(drawn, { label: axis.label, from, to, isSI }, up, design, settledDots(up)));
-  const { canvas, frame, spec, scale } = parts.chart;
+  chart.draw(diagram(drawn, { label: axis.label, from, to, isSI }, up, design, settledDots(up)));
+  const { canvas, frame, spec } = chart;
+  const { scale } = theme();
   if (design) canvas.dataset.design = `${design.x}`;
-  if (frame) {
+  if (frame && spec) {
     const { left, right, top, bottom } = frame;
     const { x, y } = spec;
     const ends = { x: [left * scale, right * scale, x.from, x.to], y: [top * scale, bottom * scale, y.from, y.to] };
@@ -246,13 +250,13 @@ function reached(now) {
 /** @param {HTMLCanvasElement} canvas */
 function pointer(canvas) {
   const place = (/** @type {MouseEvent} */ event, /** @type {number} */ only = NaN) => {
-    const { left, top } = canvas.getBoundingClientRect();
-    const { scale, frame } = parts.chart;
-    const at = { x: (event.clientX - left) / scale, y: (event.clientY - top) / scale };
+    const { frame } = chart;
+    const point = chart.at(event, true) ?? { x: NaN, y: NaN };
+    const at = { x: frame?.px(point.x) ?? NaN, y: frame?.py(point.y) ?? NaN };
     return placeAt(branches, RISING[rising()], frame, at, Number.isNaN(only) ? null : only);
   };
   const near = (/** @type {MouseEvent} */ event) => {
-    const found = branches.length && parts.chart.at(event) ? place(event) : null;
+    const found = branches.length && chart.at(event) ? place(event) : null;
     return found && found.far <= NEAR ? found : null;
   };
   canvas.addEventListener("click", (event) => {
@@ -276,7 +280,7 @@ function keys(event) {
     event.preventDefault();
     return toggleBranch();
   }
-  if (event.target !== parts.chart.canvas || !spot) return;
+  if (event.target !== chart.canvas || !spot) return;
   const { branch, along: here } = spot;
   const last = branches[branch].rows.length - 1;
   const step = event.shiftKey ? 2 : 0.25;

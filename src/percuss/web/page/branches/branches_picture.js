@@ -9,7 +9,7 @@ import { RISING, rowAt, stretches } from "./branches_walk.js";
 
 /** @typedef {import("./branches_rows.js").Branch} Branch */
 /** @typedef {import("./branches_walk.js").Rising} Rising */
-/** @typedef {Record<string, any>} Item */
+/** @typedef {import("../pictures/chart_pen.js").Item} Item */
 /** @typedef {{ followed: Branch[], others: Branch[], thin: Branch[] }} Drawn */
 
 /** What can be drawn up the plane, with its unit in SI where the machine has one.
@@ -141,7 +141,7 @@ export function strands(branch, rising) {
   return lines;
 }
 
-/** @param {Branch} branch @param {Rising} rising @param {Item} look @param {typeof OTHER} widths @returns {Item[]} */
+/** @param {Branch} branch @param {Rising} rising @param {{ colour?: string, name: string }} look @param {typeof OTHER} widths @returns {Item[]} */
 function linesOf(branch, rising, { colour, name }, widths) {
   const { stable, unstable } = strands(branch, rising);
   return [
@@ -184,7 +184,8 @@ function marks(branches, rising, colour, size) {
 }
 
 /** The points of a place, to be drawn over the picture.
- * @param {Branch[]} branches @param {import("./branches_walk.js").Place | null} spot @param {string} up */
+ * @param {Branch[]} branches @param {import("./branches_walk.js").Place | null} spot @param {string} up
+ * @returns {import("../pictures/chart.js").Over[]} */
 export function spotted(branches, spot, up) {
   if (!spot || !branches[spot.branch]) return [];
   const row = rowAt(branches[spot.branch], spot.along);
