@@ -76,7 +76,7 @@ async function toPlain() {
   setTables(info.plain);
 }
 
-/** The case as it is now, as the server tells it: `data.info` may be that of a moment ago. Nothing when it is refused. */
+/** The case as it is now, as the server tells it: `data.info` may be of a moment ago. Nothing when it is refused. */
 async function told() {
   try {
     return await post("case", { case: data.tables });

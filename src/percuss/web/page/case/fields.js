@@ -3,7 +3,8 @@
 
 import { plainNumber, quantity } from "../core/format.js";
 
-/** A field: its key, its label, what may stand there, and whether that is a list. @typedef {[string, string, string, boolean?]} Field */
+/** A field: its key, its label, what may stand there, and whether that is a list.
+ * @typedef {[string, string, string, boolean?]} Field */
 /** A load as it is written in a case. @typedef {Record<string, any>} Load */
 
 /** The fields by what they are of; of a structure that is held what a table of modes has not is left out.

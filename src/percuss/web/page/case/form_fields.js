@@ -47,7 +47,8 @@ const describedBy = (key) => `${idOf(key)}-hint ${idOf(key)}-problem`;
 const framed = (key, label, control, hint) =>
   fieldOf(control, label, [h("code", {}, steps(key).at(-1)), ": ", hint], problemOf(key));
 
-/** The fields from the tables; the one that is being typed into is left alone. @param {HTMLElement} form @param {any} tables */
+/** The fields from the tables; the one that is being typed into is left alone.
+ * @param {HTMLElement} form @param {any} tables */
 export function fill(form, tables) {
   for (const control of /** @type {HTMLInputElement[]} */ ($$("[data-key]", form))) {
     if (control === document.activeElement) continue;

@@ -21,7 +21,8 @@ const LAW_HINT = "the law; a change keeps the damping of the first mode";
 /** @param {any} value */
 const isTable = (value) => value !== null && typeof value === "object" && !Array.isArray(value);
 
-/** The law of the case by its word; what stands in its place in a link is told of by the server. @param {Tables} tables */
+/** The law of the case by its word; what stands in its place in a link is told of by the server.
+ * @param {Tables} tables */
 function lawOf({ bar, system }) {
   const { damping, drag } = bar ?? system ?? {};
   if (isTable(damping)) return String(damping.kind);
@@ -59,7 +60,8 @@ export function dampingFields(tables) {
   return [choice(key, "Damping", LAWS, law, changeLaw, LAW_HINT), known && field(valueField(tables, law))];
 }
 
-/** Another law that damps the first elastic mode as the present one does; of a table all modes that are known. @param {string} kind */
+/** Another law that damps the first elastic mode as the present one does; of a table all modes that are known.
+ * @param {string} kind */
 function changeLaw(kind) {
   const { tables, info } = data;
   const name = tables.bar ? "bar" : "system";

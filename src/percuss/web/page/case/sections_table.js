@@ -119,7 +119,8 @@ function inSections(tables) {
   return { ...tables, bar: { ...bar, sections: [given({ length, diameter, area })] }, contact };
 }
 
-/** A uniform bar as long as all sections, with the cross-section and the material of the striking end. @param {Tables} tables */
+/** A uniform bar as long as all sections, with the cross-section and the material of the striking end.
+ * @param {Tables} tables */
 function uniform(tables) {
   const { at, ...load } = tables.load;
   if (!tables.bar) {
@@ -224,7 +225,8 @@ function materials(key, told) {
   return menu(options, "", (text) => setKey(key, typed(text)), { id: idOf(key), "data-key": key, ...told });
 }
 
-/** The first of these that can be used has the focus: nobody at the keyboard loses their place. @param {string[]} ids */
+/** The first of these that can be used has the focus: nobody at the keyboard loses their place.
+ * @param {string[]} ids */
 function focusFirst(...ids) {
   flush(); // the rows are made anew
   const found = ids.map((id) => /** @type {HTMLButtonElement | null} */ (document.getElementById(id)));

@@ -25,7 +25,7 @@ const files = h(
   button("Download NetCDF", () => save("nc")),
   button("Download CSV", () => save("csv")),
 );
-/** The question that the shown result answers; of one that did not come to its end with `first`, the starts it followed.
+/** The question that the shown result answers; with `first`, where it was ended, the starts that were followed.
  * @type {Record<string, any> | null} */
 let finished = null;
 

@@ -11,7 +11,8 @@ import { LongQuestion } from "./long_question.js";
 /** @typedef {{ name: string, value: number, low: number, high: number, unit: string, label: string }} Parameter */
 
 /** The questions: their fields; and, where there are ranges, how one is written, and what an empty field means.
- * @type {Record<string, { name: string, fields: string[], label?: string, example?: string, range?: (one: any) => string }>} */
+ * @type {Record<string, { name: string, fields: string[], label?: string, example?: string,
+ *   range?: (one: any) => string }>} */
 const QUESTIONS = {
   design: {
     name: "the best hammer within ranges",
@@ -95,7 +96,8 @@ const asking = () => (view.ask in QUESTIONS ? view.ask : "design");
 /** The lines of a field. @param {string} name */
 const rows = (name) => (texts[name] ?? "").split("\n").flatMap((line) => line.trim() || []);
 
-/** Measured blows, picked or dropped anywhere: the question is which numbers fit them. @param {string} text @param {string} name */
+/** Measured blows, picked or dropped anywhere: the question is which numbers fit them.
+ * @param {string} text @param {string} name */
 export function takeBlows(text, name) {
   chosen.blows = text;
   put(blowsOf, name);
@@ -111,7 +113,8 @@ function spread({ value, low, high, unit }) {
 
 /** A field of lines of text, and a choice that adds one.
  * @param {string} name @param {string} label @param {string} example
- * @param {{ label: string, options: import("../core/dom.js").Options, line: (name: string) => string }} [add] @param {string} [kept] */
+ * @param {{ label: string, options: import("../core/dom.js").Options, line: (name: string) => string }} [add]
+ * @param {string} [kept] */
 function lines(name, label, example, add, kept = name) {
   const id = `hammer-${name}`;
   const keep = () => (texts[kept] = area.value);

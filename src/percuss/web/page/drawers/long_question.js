@@ -5,7 +5,8 @@ import { Refusal, stream } from "../core/api.js";
 import { button, h, put } from "../core/dom.js";
 
 export class LongQuestion {
-  /** @param {string} name of its elements @param {string} ask the words of its button @param {string} first what is said
+  /** @param {string} name of its elements
+   * @param {string} ask the words of its button @param {string} first what is said
    * at first @param {(told: string) => string} [inWords] what the server says, as it is said here */
   constructor(name, ask, first, inWords = (told) => told) {
     this.inWords = inWords;

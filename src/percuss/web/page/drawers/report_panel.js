@@ -81,7 +81,8 @@ function headOf(found) {
 const cardsOf = ({ quick, full }) =>
   full?.si ? data.about.cards.map((/** @type {Answer} */ row) => figure(full.si, row)) : plain(quick, full);
 
-/** @param {string} name @param {string} value @param {string} unit @param {string} about @param {Record<string, any>} [attributes] */
+/** @param {string} name
+ * @param {string} value @param {string} unit @param {string} about @param {Record<string, any>} [attributes] */
 const card = (name, value, unit, about, attributes = {}) =>
   h(
     "div",

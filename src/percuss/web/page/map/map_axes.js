@@ -8,9 +8,11 @@ import { rangeEnds } from "../core/range_ends.js";
 import { effect, whenever } from "../core/signals.js";
 import { data, isHeld, show, switchesItself, view } from "../core/state.js";
 
-/** An axis, between its ends in its unit. @typedef {{ name: string, unit: string, from: number, to: number, whole: boolean }} Axis */
+/** An axis, between its ends in its unit.
+ * @typedef {{ name: string, unit: string, from: number, to: number, whole: boolean }} Axis */
 /** @typedef {"x" | "y"} Which */
-/** What the colour may show: its name, what the server is asked for it, and how. @typedef {{ label: string, quantities: string[], body?: Record<string, any> }} Shown */
+/** What the colour may show: its name, what the server is asked for it, and how.
+ * @typedef {{ label: string, quantities: string[], body?: Record<string, any> }} Shown */
 
 /** @type {Record<string, Shown>} */
 const SHOWN = {
@@ -63,7 +65,8 @@ function ofTool() {
   return Object.fromEntries(Object.entries(found).map(([name, label]) => [name, { label, quantities: [name], body }]));
 }
 
-/** What there is to show; the flow in SI is known of a machine whose supply has a pressure. @returns {Record<string, Shown>} */
+/** What there is to show; the flow in SI is known of a machine whose supply has a pressure.
+ * @returns {Record<string, Shown>} */
 function kinds() {
   if (isHeld()) return OF_STRUCTURES;
   if (!switchesItself()) return { ...SHOWN, ...ofTool() };
@@ -71,11 +74,11 @@ function kinds() {
   return data.tables.bar && !data.tables.load.pressure ? { ...others, ...ofTool() } : { ...others, flow, ...ofTool() };
 }
 
-/** What the colour shows. */
-export const shown = () => kinds()[view.q] ?? Object.values(kinds())[0];
-
-/** Its name, where the view asks for one that there is not. */
+/** The name of what the colour shows: the first, where the view asks for one that there is not. */
 const shownName = () => (view.q in kinds() ? view.q : Object.keys(kinds())[0]);
+
+/** What the colour shows. */
+export const shown = () => kinds()[shownName()];
 
 /** What the server knows of a parameter of the case. @param {string} name */
 export const parameter = (name) => data.info?.parameters.find((/** @type {any} */ one) => one.name === name);
@@ -93,8 +96,8 @@ export function axis(which) {
   return { name: known.name, unit: known.unit, from, to, whole: known.name === "m" };
 }
 
-/** What the map of a kind of hammer is over, the best that the case has. */
-/** @type {Record<string, Record<Which, string[]>>} */
+/** What the map of a kind of hammer is over, the best that the case has.
+ * @type {Record<string, Record<Which, string[]>>} */
 const USUAL = {
   clock: { x: ["restitution"], y: ["load_factor"] },
   held: { x: ["load.frequency", "stiffness", "restitution"], y: ["body.gap", "gap", "load_factor"] },
@@ -122,7 +125,7 @@ export function startChoices(above, below) {
   const names = () =>
     data.info.parameters.map((/** @type {any} */ { name, label, unit }) => [name, inUnit(label, unit)]);
   const chosen = () => ({ x: axis("x").name, y: axis("y").name, q: shownName() });
-  /** @param {Which | "q"} which @param {string} title @param {[string, string][]} options */
+  /** @param {Which | "q"} which @param {string} title @param {import("../core/dom.js").Options} options */
   const pick = (which, title, options) => {
     const onchange = (/** @type {string} */ name) => show(which === "q" ? { q: name } : chosenAxis(which, name));
     return menu(options, chosen()[which], onchange, { id: `map-${which}`, "aria-label": title, title });
@@ -142,7 +145,7 @@ export function startChoices(above, below) {
   const build = () => {
     const [x, y] = [(ends.x = endsOf("x", "across")), (ends.y = endsOf("y", "up"))];
     const range = h("span", { class: "range" }, y.from, "…", y.to);
-    const colours = Object.entries(kinds()).map(([name, { label }]) => /** @type {[string, string]} */ ([name, label]));
+    const colours = Object.entries(kinds()).map(([name, { label }]) => [name, label]);
     put(problem, "");
     put(above, pick("y", "Up", names()), range, pick("q", "Colour", colours));
     put(below, x.from, pick("x", "Across", names()), x.to, problem);
@@ -151,7 +154,8 @@ export function startChoices(above, below) {
   effect(() => ready() && Object.values(ends).forEach(({ fill }) => fill()));
 }
 
-/** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. @param {Which} which @param {string} name */
+/** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has.
+ * @param {Which} which @param {string} name */
 function chosenAxis(which, name) {
   const { low, high, unit } = parameter(name);
   return {

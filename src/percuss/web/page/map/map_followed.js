@@ -44,7 +44,8 @@ let part = null;
 /** Curves, as the server tells them. @type {any[]} */
 let found = [];
 
-/** The switch and the progress below the map; `repaint` is called when there are more curves. @param {() => void} repaint */
+/** The switch and the progress below the map; `repaint` is called when there are more curves.
+ * @param {() => void} repaint */
 export function followedRow(repaint) {
   const told = (/** @type {any} */ answer, /** @type {boolean} */ done) => {
     found = answer?.curves ?? [];
@@ -60,10 +61,13 @@ export function followedRow(repaint) {
 function words() {
   const cut = found.some(({ points }) => points.some((/** @type {any} */ one) => one.type === "stopped"));
   if (!found.length) return "Nothing happens to it on the lines through the design.";
-  return `${found.length === 1 ? "One curve" : `${found.length} curves`}, ${view.bmodes || isHeld() ? `with ${modesInWords(view.bmodes)}` : "of a rigid bar"}${cut ? "; what took too long is cut off" : ""}.`;
+  const curves = found.length === 1 ? "One curve" : `${found.length} curves`;
+  const of = view.bmodes || isHeld() ? `with ${modesInWords(view.bmodes)}` : "of a rigid bar";
+  return `${curves}, ${of}${cut ? "; what took too long is cut off" : ""}.`;
 }
 
-/** Follow them over the plane, unless that is under way or there; `since` tells hammers apart. @param {Axis} x @param {Axis} y @param {number} since */
+/** Follow them over the plane, unless that is under way or there; `since` tells hammers apart.
+ * @param {Axis} x @param {Axis} y @param {number} since */
 export function wantFollowed(x, y, since) {
   box.checked = Boolean(view.curves);
   box.disabled = switchesItself() || Boolean(x.whole || y.whole);

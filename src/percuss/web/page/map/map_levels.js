@@ -81,7 +81,8 @@ export function rowsOfNext(strips, row) {
   return Math.max(1, Math.min(2 * last, Math.floor((Math.max(STRIP, 2 * fixed) - fixed) / slope)));
 }
 
-/** A strip put onto those below it; words are numbered by every answer anew. @param {Level} found @param {any} strip @param {number} nx */
+/** A strip put onto those below it; words are numbered by every answer anew.
+ * @param {Level} found @param {any} strip @param {number} nx */
 function join(found, strip, nx) {
   for (const [name, values] of /** @type {[string, Float32Array][]} */ (Object.entries(strip.arrays))) {
     found.arrays[name] ??= new Float32Array(nx * found.ny).fill(Number.NaN);
@@ -137,7 +138,8 @@ function halvings(most) {
   return shares;
 }
 
-/** An exact curve: what it is of, and its points in order. @typedef {{ kind: string, points: number[][], x: number[], y: number[] }} Curve */
+/** An exact curve: what it is of, and its points in order.
+ * @typedef {{ kind: string, points: number[][], x: number[], y: number[] }} Curve */
 
 /** @param {Map<string, Curve>} found @param {{ kind: string, branch: number, x: number[], y: number[] }} curve */
 function add(found, { kind, branch, x, y }) {

@@ -119,7 +119,8 @@ function failed(error) {
   put(status, problem({ message: words.join("; ") }));
 }
 
-/** Finer and finer, and the curves; where cells take long, some points of the curves first. @param {Wanted} map @param {number} cost */
+/** Finer and finer, and the curves; where cells take long, some points of the curves first.
+ * @param {Wanted} map @param {number} cost */
 async function finer(map, cost) {
   asking = new AbortController();
   const { signal } = asking;
@@ -154,7 +155,8 @@ async function draw(exact) {
   return !done;
 }
 
-/** @param {import("./map_picture.js").Level} found @param {Wanted} map @param {import("./map_picture.js").Plane | null} under */
+/** @param {import("./map_picture.js").Level} found
+ * @param {Wanted} map @param {import("./map_picture.js").Plane | null} under */
 function take(found, { x, y, version, kind }, under) {
   const { nx, ny, rows } = found;
   const image = { canvas: null, looks: [], used: new Set(), hatches: [] };
@@ -168,7 +170,8 @@ function take(found, { x, y, version, kind }, under) {
   repaint();
 }
 
-/** Whether a map's axis is this one: over another range its picture would be wrong. @param {Axis} one @param {Axis} other */
+/** Whether a map's axis is this one: over another range its picture would be wrong.
+ * @param {Axis} one @param {Axis} other */
 const like = (one, other) =>
   one.name === other.name && one.unit === other.unit && one.from === other.from && one.to === other.to;
 
@@ -341,7 +344,8 @@ function onDesign({ clientX, clientY }) {
   return Math.hypot(x - frame.px(here.x), y - frame.py(here.y)) < 26;
 }
 
-/** The wheel brings the point under it nearer, or farther away; a double click shows the whole plane again. @param {Place} at @param {number} turned */
+/** The wheel brings the point under it nearer, or farther away; a double click shows the whole plane again.
+ * @param {Place} at @param {number} turned */
 function zoom(at, turned) {
   const ratio = turned < 0 ? 0.8 : 1.25;
   const range = (/** @type {Which} */ which) => {
@@ -353,7 +357,8 @@ function zoom(at, turned) {
   show({ xr: range("x"), yr: range("y") });
 }
 
-/** What stands in the cell under the pointer, beside it: of a motion the exact label. @param {PointerEvent | null} event */
+/** What stands in the cell under the pointer, beside it: of a motion the exact label.
+ * @param {PointerEvent | null} event */
 function hover(event) {
   const at = event && !dragging ? chart.at(event) : null;
   const [x, y] = [axis("x"), axis("y")];

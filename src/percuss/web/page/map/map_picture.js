@@ -9,7 +9,8 @@ import { number, si, withUnit } from "../core/format.js";
  * @typedef {{ nx: number, ny: number, rows: number, cost: number, arrays: Record<string, any>,
  *   quantities: Record<string, any> }} Level */
 /** @typedef {ReturnType<typeof theme>} Theme */
-/** How the cells of a code look, and what they are called. @typedef {{ name: string, colour: string, hatch: string }} Look */
+/** How the cells of a code look, and what they are called.
+ * @typedef {{ name: string, colour: string, hatch: string }} Look */
 /** What each cell shows: a code for verdicts and words, a value for the rest; `words` is what stands in each cell.
  * @typedef {{ kind: string, codes?: any, words?: string[], labels?: any, values?: any, low: number, high: number,
  *   unit: string }} Content */
@@ -59,13 +60,15 @@ export function cellAt(plane, { x, y }) {
   return Number.isFinite(plane.values[cell]) ? sized(plane.values[cell], plane.unit) : "none";
 }
 
-/** A value as the legend and the pointer tell it: a stress with its prefix. @param {number} value @param {string} unit @param {number} [digits] */
+/** A value as the legend and the pointer tell it: a stress with its prefix.
+ * @param {number} value @param {string} unit @param {number} [digits] */
 const sized = (value, unit, digits) => (unit === "Pa" ? si : withUnit)(value, unit, digits);
 
 /** A pixel. @param {number[]} rgb */
 const pixel = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
 
-/** Where a value stands on its ramp, 0 to 1; a margin has its border in the middle, whatever its ends. @param {Content} content @param {number} value */
+/** Where a value stands on its ramp, 0 to 1; a margin has its border in the middle, whatever its ends.
+ * @param {Content} content @param {number} value */
 function shareOf({ kind, low, high }, value) {
   if (kind !== "margins") return (value - low) / (high - low || 1);
   return value < 0 ? 0.5 - 0.5 * Math.min(value / (low || -1), 1) : 0.5 + (0.5 * value) / (high || 1);
@@ -74,7 +77,8 @@ function shareOf({ kind, low, high }, value) {
 /** @param {Content} content @param {Theme} colours */
 const rampOf = ({ kind }, colours) => (kind === "margins" ? colours.stability : colours.shares);
 
-/** The image of a map, one pixel a cell, the first row at the bottom of the plane; rows to come are left clear. @param {Plane} plane */
+/** The image of a map, one pixel a cell, the first row at the bottom of the plane; rows to come are left clear.
+ * @param {Plane} plane */
 export function picture(plane) {
   const { nx, ny, rows, codes, values } = plane;
   const colours = theme();

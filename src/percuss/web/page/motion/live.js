@@ -370,7 +370,8 @@ export class Live {
 
   // ---- What happens at the wall
 
-  /** What a hammer on the wall does: −1 when it flies, else the time after which it lies still. @param {number} horizon */
+  /** What a hammer on the wall does: −1 when it flies, else the time after which it lies still.
+   * @param {number} horizon */
   _atWall(horizon) {
     if (this.gap_ < 0 || this.hold > 0) return -1;
     const { law, flight } = this;

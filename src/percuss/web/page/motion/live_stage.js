@@ -22,7 +22,8 @@ const TURN = 2 * Math.PI;
 
 /** Another motion beside it, in the same phase of the load: that of a design that is pinned, or looked at on the map. */
 class Ghost {
-  /** @param {any} model @param {{ phase: number, impact_velocity: number }} orbit @param {number} angle @param {string} name */
+  /** @param {any} model
+   * @param {{ phase: number, impact_velocity: number }} orbit @param {number} angle @param {string} name */
   constructor(model, orbit, angle, name) {
     this.name = name;
     this.live = new Live(model);
@@ -52,8 +53,8 @@ class Ghost {
 
 export class LiveStage extends Stage {
   /** @param {HTMLCanvasElement} canvas
-   * @param {{ ticked: (time: number) => void, struck: (blow: any) => void, happened?: (event: any) => void }} told as of a
-   * stage; `happened` too, for each impact, rest and release */
+   * @param {{ ticked: (time: number) => void, struck: (blow: any) => void,
+   *   happened?: (event: any) => void }} told as of a stage; `happened` too, for each impact, rest and release */
   constructor(canvas, { happened, ...told }) {
     super(canvas, { ...told, stopped: hush, lag: (stage) => (stage.byFrames ? lag(stage) : stage.behind) });
     this.behind = 0; // s by which the motion is behind its sound
@@ -187,7 +188,8 @@ export class LiveStage extends Stage {
     return this.stateOfFrame().through;
   }
 
-  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. @returns {any} */
+  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall.
+   * @returns {any} */
   stateOfFrame() {
     const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
     const at = placeIn(t, this.time);
@@ -273,7 +275,8 @@ export class LiveStage extends Stage {
     return { edges, shares: Array.from({ length: places - 1 }, () => 0), through: false };
   }
 
-  /** The bar, and those beside it as outlines. @param {CanvasRenderingContext2D} pen @param {import("./stage.js").Pose} pose
+  /** The bar, and those beside it as outlines.
+   * @param {CanvasRenderingContext2D} pen @param {import("./stage.js").Pose} pose
    * @param {import("./stage.js").Scale} scale @param {number} mid @param {import("./stage.js").Theme} colours */
   bar(pen, pose, scale, mid, colours) {
     super.bar(pen, pose, scale, mid, colours);

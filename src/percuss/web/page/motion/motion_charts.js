@@ -33,13 +33,15 @@ export function motionCharts(picked) {
   return { history: history.figure, portrait: portrait.figure, poincare: poincare.figure };
 }
 
-/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. @param {Motion} motion @returns {any[]} */
+/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once.
+ * @param {Motion} motion @returns {any[]} */
 export function blowsOf({ begin, end, period, blows }) {
   const struck = blows.filter((/** @type {any} */ { kind }) => kind === "impact");
   return period ? once(struck, end - begin) : struck;
 }
 
-/** In what the motion is told: factors from its plain numbers, and their units. @param {Motion} motion @returns {Units} */
+/** In what the motion is told: factors from its plain numbers, and their units.
+ * @param {Motion} motion @returns {Units} */
 export function unitsOf(motion) {
   const { arrays } = motion;
   const metre = motion.length_scale_m;

@@ -110,7 +110,7 @@ export function startMotion() {
 /** Whether it is what the screen shows. */
 const inSight = () => !switchesItself() && view.panel !== "blow";
 
-/** The pace of the play and the stretch as the view has them: a load period takes from real time (or a second) to minutes. */
+/** The pace and the stretch as the view has them: a load period takes from real time (or a second) to minutes. */
 function knobs() {
   if (!stage.there) return;
   const second = data.info?.scales?.time_s;
@@ -131,7 +131,7 @@ const begin = () => movesByItself() && player.begin();
 
 // ---- The live motion
 
-/** The law of the present case, under which the hammer goes on from where it is; another hammer begins on its motion. */
+/** The law of the present case, under which the hammer goes on; another hammer begins on its motion. */
 function law() {
   const { quick } = data;
   if (!quick || !inSight() || view.source !== "orbit") return;
@@ -278,7 +278,8 @@ function fillFacts({ label, outcome, begin, end, time_scale_s: second, first_mod
   put(facts, told, h("div", {}, heard, h("dt", {}, "heard")));
 }
 
-/** A simulation from a point of the phase portrait, at the moment of the load that is shown. @param {{ x: number, y: number }} at */
+/** A simulation from a point of the phase portrait, at the moment of the load that is shown.
+ * @param {{ x: number, y: number }} at */
 function startThere({ x, y }) {
   if (!motion || !units) return;
   const phase = (((motion.load_phase + stage.time) % TURN) + TURN) % TURN;

@@ -1,5 +1,5 @@
 // @ts-check
-// Where a motion comes from: a steady motion, or a simulation from a start as the table [start] of the case has it: at rest,
+// Where a motion comes from: a steady motion, or a simulation from a start as the case's table [start] has it: at rest,
 // moving, with modes, on a steady motion, or random.
 
 import { said, saveFile } from "../core/api.js";
@@ -19,7 +19,8 @@ const KINDS = {
   random: ["random", ["random", "seed", "time"]],
 };
 
-/** A field: its label, its hint in SI and in plain numbers, its width in characters. @typedef {[string, string, string, number]} Field */
+/** A field: its label, its hint in SI and in plain numbers, its width in characters.
+ * @typedef {[string, string, string, number]} Field */
 
 /** @type {Record<string, Field>} */
 const FIELDS = {
@@ -121,7 +122,8 @@ function kindOf(start) {
   return start.velocity === undefined ? "rest" : "moving";
 }
 
-/** What a start of a kind begins with; what the one before has in common with it is kept. @param {string} kind @param {Start} start @returns {Start} */
+/** What a start of a kind begins with; what the one before has in common with it is kept.
+ * @param {string} kind @param {Start} start @returns {Start} */
 function begun(kind, start) {
   const time = start.time === undefined || kind === "orbit" ? {} : { time: start.time };
   const { position = -1, velocity = 0 } = start.orbit === undefined ? start : {}; // beside it they are a disturbance
@@ -132,7 +134,8 @@ function begun(kind, start) {
   return { random: "rigid", seed: start.seed ?? 1, ...time };
 }
 
-/** The keys of a kind that have a field; a disturbance is of the whole bar unless a file gives its modes. @param {string} kind @param {Start} start */
+/** The keys of a kind that have a field; a disturbance is of the whole bar unless a file gives its modes.
+ * @param {string} kind @param {Start} start */
 function keysOf(kind, start) {
   const modes = start.modal_displacement !== undefined || start.modal_velocity !== undefined;
   return kind === "orbit" && modes ? ["orbit", "periods", ...KINDS.modal[1].slice(0, 2)] : KINDS[kind][1];

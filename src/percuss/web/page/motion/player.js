@@ -14,7 +14,8 @@ import { tr } from "../core/words.js";
 export class Player {
   /** `id` begins the ids, `about` names the slider of time, `slow` is the key of the view that keeps the pace, between
    * `least` and `most`, which `paced` is told of.
-   * @param {any} stage @param {{ id?: string, about: string, slow: string, paced: () => void, least?: number, most?: number }} about */
+   * @param {any} stage
+   * @param {{ id?: string, about: string, slow: string, paced: () => void, least?: number, most?: number }} about */
   constructor(stage, { id = "", about, slow, paced, least = 0, most = 100 }) {
     this.stage = /** @type {Playable} */ (stage);
     this.held = false; // by the user
@@ -97,7 +98,8 @@ export class Player {
 }
 
 /** The seconds that a cycle is shown for, evenly in ratios from `real` to `longest` by a share of 0 to 1; without one
- * from the view, the `usual` ones. @param {string | number} given @param {{ real: number, usual: number, longest: number }} span */
+ * from the view, the `usual` ones.
+ * @param {string | number} given @param {{ real: number, usual: number, longest: number }} span */
 export function paceOf(given, { real, usual, longest }) {
   const span = Math.log(longest / real);
   const share = given === "" ? Math.log(Math.max(usual, real) / real) / span : Number(given) / 100 || 0;

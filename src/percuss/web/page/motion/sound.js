@@ -31,7 +31,8 @@ export async function setSound(on) {
   return /** @type {AudioContext} */ (out.context).resume();
 }
 
-/** Where blows go in a context: a limiter, which leaves all but the sum of many blows as it is. @param {BaseAudioContext} audio */
+/** Where blows go in a context: a limiter, which leaves all but the sum of many blows as it is.
+ * @param {BaseAudioContext} audio */
 export function limited(audio) {
   const limiter = audio.createDynamicsCompressor();
   for (const [name, value] of Object.entries({ threshold: -3, knee: 0, ratio: 20, attack: 0.001, release: 0.05 }))
@@ -81,7 +82,8 @@ class Clock {
   constructor(audio, into) {
     this.audio = audio;
     this.into = into;
-    /** Those that are placed: when they sound, and at which moment of the motion. @type {{ at: number, time: number, node: AudioNode }[]} */
+    /** Those that are placed: when they sound, and at which moment of the motion.
+     * @type {{ at: number, time: number, node: AudioNode }[]} */
     this.placed = [];
   }
 
@@ -138,7 +140,8 @@ export class Track extends Clock {
     return this.length > 0 ? (this.time + (at - this.at) * this.rate) % this.length : 0;
   }
 
-  /** When a blow sounds: the one after the last of a turn is the first of the next. @param {number} turn @param {number} index */
+  /** When a blow sounds: the one after the last of a turn is the first of the next.
+   * @param {number} turn @param {number} index */
   when(turn, index) {
     const [more, i] = [Math.floor(index / this.blows.length), index % this.blows.length];
     return this.at + ((turn + more) * this.length + this.blows[i].time - this.time) / this.rate;
@@ -170,8 +173,8 @@ export class Track extends Clock {
 const SOON = 0.12; // s of sound that are placed before their time
 const ANEW = 0.08; // s by which picture and sound may be apart before the sound begins anew
 
-/** The blows of a live motion: those of the next tenth of a second are placed, so that a frame that comes late moves no blow,
- * and what had been placed is dropped as soon as the law of the motion changes, so that a doubling is heard when it comes. */
+/** The blows of a live motion: those of the next tenth of a second are placed, so that a late frame moves none, and are
+ * dropped as soon as the law of the motion changes, so that a doubling is heard when it comes. */
 export class LiveTrack extends Clock {
   /** @param {BaseAudioContext} audio @param {AudioNode} into */
   constructor(audio, into) {
@@ -245,7 +248,8 @@ export function lag(stage) {
 }
 
 /** Sound as a live motion goes on: called with every frame; silent while the user has not asked for it.
- * @param {Live} live @param {number} rate @param {About} [about] @returns {number} seconds by which the motion is behind */
+ * @param {Live} live
+ * @param {number} rate @param {About} [about] @returns {number} seconds by which the motion is behind */
 export function followLive(live, rate, about) {
   if (!wanted || out?.context.state !== "running") return 0;
   liveTrack ??= new LiveTrack(out.context, out);

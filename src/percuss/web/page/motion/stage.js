@@ -12,14 +12,17 @@ import { FONT, arrow, penOf, signedScale, strokeLines } from "../pictures/pen.js
 /** @typedef {CanvasRenderingContext2D} Pen */
 /** @typedef {ReturnType<typeof theme>} Theme */
 /** @typedef {{ length: number, thick: number }} Section */
-/** What the hammer and its tool look like, in metres or in bar lengths. @typedef {{ bar: Section[], tool: Section[], held: boolean, rock: boolean }} Shape */
+/** What the hammer and its tool look like, in metres or in bar lengths.
+ * @typedef {{ bar: Section[], tool: Section[], held: boolean, rock: boolean }} Shape */
 /** An answer of the server with its frames, or a happening of the live motion. @typedef {any} Motion */
 /** @typedef {Record<string, any>} Blow */
-/** Pixels: where the wall is, of the bar's length, for a bar length of travel and of stretch, for lengths and thicknesses.
- * @typedef {{ wall: number, bar: number, travel: number, along: number, across: number, thick: number, stretch: number }} Scale */
-/** Where the parts of a bar are, and their strain as a share of the greatest. @typedef {{ edges: number[], shares: number[], through: boolean }} Pose */
-/** What a stage tells: each frame, each blow that the play passes, each pause or jump; and what it asks: by how many seconds
- * the picture is behind its sound.
+/** Pixels: where the wall is, of the bar, for a bar length of travel and of stretch, for lengths and thicknesses.
+ * @typedef {{ wall: number, bar: number, travel: number, along: number, across: number, thick: number,
+ *   stretch: number }} Scale */
+/** Where the parts of a bar are, and their strain as a share of the greatest.
+ * @typedef {{ edges: number[], shares: number[], through: boolean }} Pose */
+/** What a stage tells: each frame, each blow that it passes, each pause or jump; and asks: by how many seconds the picture
+ * is behind its sound.
  * @typedef {{ ticked: (time: number) => void, struck: (blow: Blow) => void, stopped: () => void,
  *   lag: (stage: any) => number }} Told */
 
@@ -36,7 +39,8 @@ export class Stage {
     this.lag = lag;
     /** @type {Motion | null} */
     this.motion = null;
-    /** The load by its phase, as a share of its greatest value. @type {((phase: number) => number) | null | undefined} */
+    /** The load by its phase, as a share of its greatest value.
+     * @type {((phase: number) => number) | null | undefined} */
     this.force = null;
     this.length = 0; // of the motion
     this.deepest = 0; // of its gaps
@@ -139,7 +143,8 @@ export class Stage {
     this.ticked(to);
   }
 
-  /** The blows of a stretch, seen and counted; when they are heard is another matter. @param {number} from @param {number} to */
+  /** The blows of a stretch, seen and counted; when they are heard is another matter.
+   * @param {number} from @param {number} to */
   blows(from, to) {
     for (const blow of this.heard) {
       if (blow.time <= from || blow.time > to) continue;
@@ -250,7 +255,8 @@ export class Stage {
   }
 
   /** What is struck: a wall, or the tool to scale as far as there is room, and the rock at its end.
-   * @param {Pen} pen @param {Scale} scale @param {number} mid @param {number} width @param {number} height @param {Theme} colours */
+   * @param {Pen} pen
+   * @param {Scale} scale @param {number} mid @param {number} width @param {number} height @param {Theme} colours */
   struckAt(pen, { wall, along, across }, mid, width, height, colours) {
     const { tool, rock } = this.shape;
     if (!tool.length) return this.wall(pen, wall, height, colours);
@@ -300,7 +306,8 @@ export class Stage {
     arrow(pen, kinds[3], tail, tip, y, 7);
   }
 
-  /** A blow, for a moment. @param {Pen} pen @param {number} x @param {number} y @param {number} thick @param {Theme} colours */
+  /** A blow, for a moment.
+   * @param {Pen} pen @param {number} x @param {number} y @param {number} thick @param {Theme} colours */
   burst(pen, x, y, thick, { kinds }) {
     const share = this.flash.left / FLASH;
     const reach = (0.35 + 0.65 * this.flash.size) * (10 + 26 * (1 - share));
@@ -333,14 +340,17 @@ export class Stage {
   }
 }
 
-/** Two slanted strokes: the tool is longer than it is drawn. @param {Pen} pen @param {number} x @param {number} mid @param {Theme} colours */
+/** Two slanted strokes: the tool is longer than it is drawn.
+ * @param {Pen} pen @param {number} x @param {number} mid @param {Theme} colours */
 function broken(pen, x, mid, { sunken, muted }) {
   const [top, foot] = [mid - 26, mid + 26];
   strokeLines(pen, sunken, 10, [x + 4, top, x - 4, foot]);
   strokeLines(pen, muted, 1.2, [x, top, x - 8, foot], [x + 8, top, x, foot]);
 }
 
-/** The rock. @param {Pen} pen @param {number} x @param {number} mid @param {number} width @param {number} height @param {Theme} colours */
+/** The rock.
+ * @param {Pen} pen @param {number} x @param {number} mid @param {number} width @param {number} height
+ * @param {Theme} colours */
 function ground(pen, x, mid, width, height, { muted }) {
   const [top, tall] = [mid - 0.34 * height, 0.68 * height];
   pen.fillStyle = muted;
@@ -357,7 +367,8 @@ function spring(pen, x, mid, { muted }) {
   strokeLines(pen, muted, 2, [10, mid - 34, 10, mid + 34], [10, mid, ...turns.flat(), x, mid]);
 }
 
-/** A load as a share of its greatest value, by its phase. @param {Iterable<number> | null | undefined} curve over a period */
+/** A load as a share of its greatest value, by its phase.
+ * @param {Iterable<number> | null | undefined} curve over a period */
 export function pushOf(curve) {
   if (!curve) return null;
   const load = [...curve];
@@ -368,7 +379,8 @@ export function pushOf(curve) {
   };
 }
 
-/** The blows of a motion, in which a period begins and ends with the same one. @param {Blow[]} blows @param {number} length */
+/** The blows of a motion, in which a period begins and ends with the same one.
+ * @param {Blow[]} blows @param {number} length */
 export function once(blows, length) {
   const near = 1e-5 * length;
   return blows.some(({ time }) => time < near) ? blows.filter(({ time }) => time < length - near) : blows;
@@ -380,7 +392,8 @@ export const PLAIN = { bar: [{ length: 1, thick: 0.16 }], tool: [], held: false,
 /** @param {Section[]} sections */
 const lengthOf = (sections) => sections.reduce((sum, { length }) => sum + length, 0);
 
-/** The thickness of the bar in `count` equal parts of its length, as shares of the greatest. @param {Section[]} sections @param {number} count */
+/** The thickness of the bar in `count` equal parts of its length, as shares of the greatest.
+ * @param {Section[]} sections @param {number} count */
 function thicknesses(sections, count) {
   const most = Math.max(...sections.map(({ thick }) => thick));
   return Array.from({ length: count }, (_, j) => {
@@ -390,7 +403,8 @@ function thicknesses(sections, count) {
   });
 }
 
-/** What the hammer of the present case looks like, in metres; a case without sizes has a bar of one thickness. @returns {Shape} */
+/** What the hammer of the present case looks like, in metres; a case without sizes has a bar of one thickness.
+ * @returns {Shape} */
 export function shapeOfCase() {
   const { tables, info } = data;
   if (!tables) return PLAIN;
