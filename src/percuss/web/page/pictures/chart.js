@@ -4,9 +4,9 @@
 
 import { button, h, put } from "../core/dom.js";
 import { theme } from "./colours.js";
-import { layout, mark, paint, segment, swatch } from "./chart_pen.js";
+import { layout, mark, paint, swatch } from "./chart_pen.js";
 import { data } from "../core/state.js";
-import { penOf } from "./pen.js";
+import { penOf, strokeLines } from "./pen.js";
 import { tr } from "../core/words.js";
 
 /** @typedef {import("./chart_pen.js").Item} Item */
@@ -136,12 +136,8 @@ export class Chart {
     const { px, py, top, bottom } = frame;
     if (line !== null) {
       this.covered.push([px(line) - 2, top - 2, 4, bottom - top + 4]);
-      pen.strokeStyle = theme().accent;
-      pen.lineWidth = 1.5;
       pen.setLineDash([]);
-      pen.beginPath();
-      segment(pen, px(line), top, px(line), bottom);
-      pen.stroke();
+      strokeLines(pen, theme().accent, 1.5, [px(line), top, px(line), bottom]);
     }
     for (const [x, y, colour] of points) {
       if (!Number.isFinite(y)) continue;

@@ -4,6 +4,7 @@
 import { number } from "../core/format.js";
 import { theme } from "./colours.js";
 import { fillHatch, hatched } from "./hatch.js";
+import { FONT, path, strokeLines } from "./pen.js";
 import { tr } from "../core/words.js";
 
 /** A pen of a canvas, or one that makes an SVG. @typedef {any} Pen */
@@ -19,14 +20,6 @@ import { tr } from "../core/words.js";
 /** A chart as it is to be drawn; `equal`: one scale on both axes.
  * @typedef {{ x: Axis, y: Axis, items: Item[], equal?: boolean, about?: string, image?: Cells | null }} Spec */
 /** @typedef {ReturnType<typeof layout>} Frame */
-
-const FONT = "12.5px system-ui, sans-serif";
-
-/** A line of two points. @param {Pen} pen @param {number[]} ends */
-export function segment(pen, ...[x, y, toX, toY]) {
-  pen.moveTo(x, y);
-  pen.lineTo(toX, toY);
-}
 
 /** What an item looks like, as a picture for the legend. @param {Item} item */
 export function swatch(item) {
@@ -46,11 +39,10 @@ export function sample(pen, item) {
     pen.fillRect(2, 1, 22, 10);
     fillHatch(pen, item.hatch, 2, 1, 22, 10, 2);
   } else if (item.type === "points") {
-    mark(pen, item.shape, 13, 6, Math.min(item.size ?? 5, item.shape === "diamond" ? 3.8 : 4.6), item.colour);
+    mark(pen, item.shape, 13, 6, Math.min(item.size ?? 5, item.shape === "diamond" ? 3.8 : 4.6), item.colour ?? "");
   } else {
     stroke(pen, item);
-    pen.beginPath();
-    segment(pen, 1, 6, 25, 6);
+    path(pen, [[1, 6, 25, 6]]);
     pen.stroke();
   }
 }
@@ -126,7 +118,7 @@ function marks(pen, item, { left, right, top, bottom, px, py }) {
     const x = px(item.x[i]);
     const y = py(item.y[i]);
     if (x < left - 1 || x > right + 1 || y < top - 1 || y > bottom + 1 || Number.isNaN(y)) continue;
-    mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour);
+    mark(pen, item.shape, x, y, item.size ?? 6, item.colours?.[i] ?? item.colour ?? "");
   }
 }
 
@@ -165,11 +157,9 @@ function grid(pen, spec, { left, right, top, bottom, widest, px, py, ticksX, tic
   pen.strokeStyle = line;
   pen.fillStyle = muted;
   pen.font = FONT;
-  pen.beginPath();
-  if (!spec.image) {
-    for (const [value] of ticksX) segment(pen, half(px(value)), top, half(px(value)), bottom);
-    for (const [value] of ticksY) segment(pen, left, half(py(value)), right, half(py(value)));
-  }
+  const across = ticksY.map(([value]) => [left, half(py(value)), right, half(py(value))]);
+  const down = ticksX.map(([value]) => [half(px(value)), top, half(px(value)), bottom]);
+  path(pen, spec.image ? [] : [...down, ...across]);
   pen.rect(half(left), half(top), Math.round(right - left), Math.round(bottom - top));
   pen.stroke();
   pen.textAlign = "center";
@@ -212,8 +202,8 @@ function draw(pen, item, { left, right, top, bottom, px, py }) {
   stroke(pen, item);
   pen.beginPath();
   if (item.type === "level") {
-    if (item.axis === "x") segment(pen, px(item.at), top, px(item.at), bottom);
-    else segment(pen, left, py(item.at), right, py(item.at));
+    const [x, y] = [px(item.at), py(item.at)];
+    path(pen, [item.axis === "x" ? [x, top, x, bottom] : [left, y, right, y]]);
   } else if (item.type === "circle") {
     pen.ellipse(px(0), py(0), px(item.radius) - px(0), py(0) - py(item.radius), 0, 0, 2 * Math.PI);
   } else {
@@ -229,34 +219,26 @@ function draw(pen, item, { left, right, top, bottom, px, py }) {
   pen.setLineDash([]);
 }
 
-/** Marks of strokes and of areas, about the point and for a size of 1.
- * @type {Record<string, number[][]>} */
+/** Marks of strokes, about the point and for a size of 1. @type {Record<string, number[][]>} */
 const CROSSED = { cross: [[-1, -1, 1, 1], [-1, 1, 1, -1]], plus: [[-1.3, 0, 1.3, 0], [0, 1.3, 0, -1.3]] }; // prettier-ignore
-/** @type {Record<string, number[][]>} */
+/** Corners of areas. @type {Record<string, number[]>} */
 const CORNERS = {
-  diamond: [[0, -1.4], [1.1, 0], [0, 1.4], [-1.1, 0]], // prettier-ignore
-  square: [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]], // prettier-ignore
-  triangle: [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]], // prettier-ignore
+  diamond: [0, -1.4, 1.1, 0, 0, 1.4, -1.1, 0],
+  square: [-0.9, -0.9, 0.9, -0.9, 0.9, 0.9, -0.9, 0.9],
+  triangle: [0, -1.2, 1.1, 0.8, -1.1, 0.8],
 };
 
 /** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design, square
  * a fold, triangle a flip, plus a corner.
- * @param {Pen} pen @param {string} shape @param {number} x @param {number} y @param {number} size @param {string} [colour] */
+ * @param {Pen} pen @param {string} shape @param {number} x @param {number} y @param {number} size @param {string} colour */
 export function mark(pen, shape, x, y, size, colour) {
+  const placed = (/** @type {number[]} */ line) => line.map((one, i) => (i % 2 ? y : x) + size * one);
   pen.setLineDash([]);
-  pen.beginPath();
-  if (CROSSED[shape]) {
-    pen.strokeStyle = colour;
-    pen.lineWidth = 2.4;
-    for (const ends of CROSSED[shape]) segment(pen, ...ends.map((one, i) => (i % 2 ? y : x) + size * one));
-    pen.stroke();
-    return;
-  }
+  if (CROSSED[shape]) return strokeLines(pen, colour, 2.4, ...CROSSED[shape].map(placed));
   const { surface } = theme();
-  if (CORNERS[shape]) {
-    for (const [right, down] of CORNERS[shape]) pen.lineTo(x + size * right, y + size * down);
-    pen.closePath();
-  } else pen.arc(x, y, size, 0, 2 * Math.PI);
+  path(pen, CORNERS[shape] ? [placed(CORNERS[shape])] : []);
+  if (CORNERS[shape]) pen.closePath();
+  else pen.arc(x, y, size, 0, 2 * Math.PI);
   pen.fillStyle = shape === "ring" ? surface : colour;
   pen.fill();
   if (shape === "dot") return;

@@ -5,6 +5,7 @@ import { download } from "../core/dom.js";
 import { keyed } from "./chart.js";
 import { layout, paint, sample } from "./chart_pen.js";
 import { theme } from "./colours.js";
+import { FONT } from "./pen.js";
 import { SvgPen } from "./svg_pen.js";
 import { tr } from "../core/words.js";
 
@@ -14,7 +15,6 @@ import { tr } from "../core/words.js";
 /** What is said of a picture beside its title: the name of its case, the date.
  * @typedef {{ name?: string, date?: string, width?: number, height?: number }} About */
 
-const FAMILY = "system-ui, sans-serif";
 const EDGE = 16;
 const ROW = 20;
 const DENSITY = 2; // pixels of a PNG per unit of length
@@ -24,7 +24,7 @@ const today = () => new Date().toLocaleDateString("sv"); // as ISO 8601 has it, 
 /** The rows of the legend, each item with the place of its sample.
  * @param {any} pen @param {Spec} spec @param {number} width */
 function rowsOf(pen, spec, width) {
-  pen.font = `12.5px ${FAMILY}`;
+  pen.font = FONT;
   let [x, row] = [EDGE, 0];
   const places = keyed(spec.items).map((item) => {
     const needed = 34 + pen.measureText(tr(item.name ?? "")).width + 18;
@@ -44,9 +44,9 @@ function compose(pen, { title, spec }, { name, date, width, height }) {
   pen.fillRect(0, 0, width, height);
   const legend = rowsOf(pen, spec, width);
   pen.fillStyle = colours.ink;
-  pen.font = `600 16px ${FAMILY}`;
+  pen.font = "600 16px system-ui, sans-serif";
   pen.fillText(tr(title), EDGE, 28);
-  pen.font = `12.5px ${FAMILY}`;
+  pen.font = FONT;
   pen.fillStyle = colours.muted;
   pen.fillText(tr([name, date].filter(Boolean).join(" · ")), EDGE, 48);
   const [top, bottom] = [60, height - EDGE - ROW * legend.count];
@@ -60,7 +60,7 @@ function compose(pen, { title, spec }, { name, date, width, height }) {
     pen.translate(x, y - 1);
     sample(pen, item);
     pen.restore();
-    pen.font = `12.5px ${FAMILY}`;
+    pen.font = FONT;
     pen.fillStyle = colours.ink;
     pen.textAlign = "left";
     pen.fillText(tr(item.name ?? ""), x + 34, y + 10);

@@ -1,6 +1,8 @@
 // @ts-check
 // Hatches: what tells areas apart without their colours. The names are those of the server's palette.
 
+import { path } from "./pen.js";
+
 const TILE = 8; // css pixels
 const LINE = "rgb(255 255 255 / 85%)";
 
@@ -28,8 +30,7 @@ function tile(hatch, ratio) {
   const { canvas, pen } = blank(TILE, TILE, Math.max(ratio, 0.5));
   pen.scale(canvas.width / TILE, canvas.height / TILE);
   pen.strokeStyle = pen.fillStyle = LINE;
-  pen.beginPath();
-  for (const [x, y, toX, toY] of STROKES[hatch] ?? []) (pen.moveTo(x, y), pen.lineTo(toX, toY));
+  path(pen, STROKES[hatch] ?? []);
   pen.stroke();
   if (hatch === ".") {
     pen.arc(TILE / 2, TILE / 2, 1.1, 0, 2 * Math.PI);

@@ -24,8 +24,8 @@ export function penOf(canvas, box, most = 2) {
   return { pen, width, height };
 }
 
-/** @param {Pen} pen @param {Line[]} lines */
-function path(pen, lines) {
+/** The path of some lines. @param {Pen} pen @param {Line[]} lines */
+export function path(pen, lines) {
   pen.beginPath();
   for (const line of lines)
     for (let i = 0; i < line.length; i += 2)
