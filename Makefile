@@ -18,10 +18,9 @@ KERNELS := $(VENV)/kernels.stamp
 # Three workers, also on two cores: those with a browser wait much of their time.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-# The page's JavaScript: the linter reads all of it and the tests of its modules; types (tsconfig.json) and layout are
-# checked in every file that begins with `// @ts-check`.
+# The page's JavaScript and the tests of its modules.
 JS := src/percuss/web/page tests/web/modules
-TYPED = $(shell grep -rl '^// @ts-check' --include='*.js' $(JS))
+LAID_OUT := $(JS:%="%/**/*.js")
 TOOLS := PATH="$(CURDIR)/$(BIN):$$PATH" $(VENV)/js/node_modules/.bin
 PRETTIER := $(TOOLS)/prettier --print-width 120 --log-level warn
 
@@ -59,12 +58,12 @@ lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts; and the
 
 page: $(PAGE)  ## the page's JavaScript alone: oxlint, prettier, types
 	$(BIN)/oxlint --deny-warnings $(JS)
-	$(PRETTIER) --check $(TYPED)
+	$(PRETTIER) --check $(LAID_OUT)
 	$(TOOLS)/tsc
 
 format: $(DEV) $(PAGE)  ## lay the code out with ruff, that of the page with prettier
 	$(BIN)/ruff format .
-	$(PRETTIER) --write $(TYPED)
+	$(PRETTIER) --write $(LAID_OUT)
 	$(BIN)/ruff check --fix .
 
 docs: $(DEV)  ## build the documentation into build/docs

@@ -1,4 +1,3 @@
-// @ts-check
 // What a test of a module says: the one argument of each function that a `*.test.js` exports.
 
 /** What a test holds, as it stands in the message: objects by what they hold, numbers to the last digit.

@@ -1,4 +1,3 @@
-// @ts-check
 import { Chart } from "/static/pictures/chart.js";
 import { usePalette } from "/static/pictures/colours.js";
 import { csv, png, save, svg } from "/static/pictures/export.js";

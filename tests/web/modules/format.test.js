@@ -1,4 +1,3 @@
-// @ts-check
 import { quantity } from "/static/core/format.js";
 
 /** @typedef {typeof import("./checks.js")} Checks */

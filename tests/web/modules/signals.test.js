@@ -1,4 +1,3 @@
-// @ts-check
 import { effect, flush, signal, store, whenever } from "/static/core/signals.js";
 
 /** @typedef {typeof import("./checks.js")} Checks */

@@ -1,4 +1,3 @@
-// @ts-check
 import { converted, figure, kindOf, number, printed, read, readRange, shown } from "/static/core/units.js";
 
 /** @typedef {typeof import("./checks.js")} Checks */

@@ -1,4 +1,3 @@
-// @ts-check
 // The page's start: its parts, the catalogue, and the state from the address.
 
 import { get, problemsOf, takeToken } from "./core/api.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The drawers in the order of their buttons, and the places of the head: the name in the address, the title, what is kept
 // in the address, what it `needs` of the answer to a slider, whether it is of `clocked` loads or of `free` bars only. What
 // fills its section is the `start` of a module that is loaded when it is opened, or when the page has nothing else to do.

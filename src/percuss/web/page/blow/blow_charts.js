@@ -1,4 +1,3 @@
-// @ts-check
 // The force between the faces and on the rock over time, and where the energy is.
 
 import { h, put } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // One blow, resolved by waves: striker, tool and rock in slow motion, the force, and where the energy goes.
 
 import { postBinary, problemsOf, saidOf } from "../core/api.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
 
 import { h, put, settled } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Striker, tool and rock with the waves in them: the colour and the curve below are the stress, on the scale that is told.
 // What holds the tool is drawn, too: its feed, its joints and its bit. It plays frame by frame, to the end of the blow.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // What is struck in a blow: the wall or the rod that [contact] stands for, or a tool of its own, as a choice.
 
 import { select } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // What is followed, through which parameter and how far: the row of choices above the diagram.
 
 import { button, h, labelled, put, select } from "../core/dom.js";

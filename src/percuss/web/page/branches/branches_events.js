@@ -1,4 +1,3 @@
-// @ts-check
 // What happens on the branches, each with its sentence and a way there; and the orbits that a search has found.
 
 import { button, h, put, table } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // What searches and simulations find over the whole diagram, told while it comes in: all branches up to a label, and what
 // simulations settle on, as dots below the branches.
 

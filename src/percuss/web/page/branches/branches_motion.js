@@ -1,4 +1,3 @@
-// @ts-check
 // The motion at a place of a branch: the bar in slow motion with each blow heard, and what there is to say of the orbit.
 
 import { postBinary } from "../core/api.js";

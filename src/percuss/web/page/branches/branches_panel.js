@@ -1,4 +1,3 @@
-// @ts-check
 // Branches: the steady motion followed through a parameter, with all that happens on the way. A click on a branch shows
 // and sounds the motion there; the place can be dragged along it, or moved by the arrow keys.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // The diagram: branches over a parameter, solid where stable and dashed where not, with what happens on them.
 
 import { PHASES, span } from "../pictures/chart.js";

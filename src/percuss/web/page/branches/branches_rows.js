@@ -1,4 +1,3 @@
-// @ts-check
 // Branches as rows that can be drawn and walked along: what happens on them is put in as rows of its own.
 
 /** An orbit of a branch: its impacts, and of a cycle with rest how many follow each release. What happens there is its

@@ -1,4 +1,3 @@
-// @ts-check
 // A part of a picture that the server tells while it finds it, of the diagram or of a map. One is told at a time, so that
 // the sliders keep their share of the machine; what is no longer wanted ends at once.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // Places on branches: a place is the number of a branch and how far along its rows it is.
 
 import { TURN, around, between, phaseOf, shareOf } from "./branches_rows.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Files that become a case: TOML, and measured histories of the load.
 
 import { post, problemsOf, saidOf, upload } from "../core/api.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
 
 import { post, saidOf } from "../core/api.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The fields of the case form: what each key is called and what may stand there. The server checks what is typed.
 
 import { plainNumber, quantity } from "../core/format.js";

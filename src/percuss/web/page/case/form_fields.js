@@ -1,4 +1,3 @@
-// @ts-check
 // A field of the case form: its label, its input or its choice, its hint and its problem, all by the key that it sets.
 
 import { said } from "../core/api.js";

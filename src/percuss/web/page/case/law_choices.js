@@ -1,4 +1,3 @@
-// @ts-check
 // What is chosen by name in a case: the law of damping with its value, what an impact does to the strain, and where the
 // load acts.
 

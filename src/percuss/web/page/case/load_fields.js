@@ -1,4 +1,3 @@
-// @ts-check
 // The fields of a load by its Fourier coefficients, one row a harmonic, and of one that the piston switches; such a load
 // in the place of a clocked one, and back.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI
 // their sizes and materials, in plain numbers their impedances and transit times.
 

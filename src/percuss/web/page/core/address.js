@@ -1,4 +1,3 @@
-// @ts-check
 // The address bar holds the whole state: the view and what the case changes in its machine, as readable words.
 //   #panel=map&machine=mini-breaker&load.mean=800 N&contact.restitution=0.3
 

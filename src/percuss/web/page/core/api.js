@@ -1,4 +1,3 @@
-// @ts-check
 // The door to the server. Every number that the page shows comes through here.
 
 import { $, download, problem, put } from "./dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Small helpers for building the page. Text only ever enters as text nodes: nothing from a case becomes markup.
 
 import { begun } from "./under_way.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
 import { converted, printed, read, shown } from "./units.js";

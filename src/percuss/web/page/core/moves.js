@@ -1,4 +1,3 @@
-// @ts-check
 // Edits of a case's tables by hand, and what parameters stand at. What a slider or the map moves is moved by the
 // server, which knows how a parameter is written in a case. Tables are never changed in place.
 

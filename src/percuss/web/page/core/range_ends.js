@@ -1,4 +1,3 @@
-// @ts-check
 // Two fields for the ends of a range, which can be typed in any unit of its kind.
 
 import { h, put } from "./dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Values of lists over others that rise, as the frames of a motion have them over its times.
 
 /** A place between two of a list: the first of them, and the share of the way to the next. @typedef {[number, number]} Place */

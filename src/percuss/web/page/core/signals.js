@@ -1,4 +1,3 @@
-// @ts-check
 // What is known, and what follows from it: signals, and effects that run when one they have
 // read is another. Effects run together, in a microtask, after all that changes at once has changed; each once.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
 // `view` is all that the address bar holds; `data` is what the server answered.
 

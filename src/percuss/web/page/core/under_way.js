@@ -1,4 +1,3 @@
-// @ts-check
 // What is under way: questions to the server, timers and frames to come. The root of the page names it in `data-busy` until
 // all that is shown is of the present state; the headline is `aria-busy` while its figures may be of an earlier one.
 

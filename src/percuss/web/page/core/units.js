@@ -1,4 +1,3 @@
-// @ts-check
 // Quantities as people read and type them: any unit of the right kind, three systems of units to show them in, and how
 // numbers look. What the package itself takes for a unit stands in units.py; the factors are the same.
 

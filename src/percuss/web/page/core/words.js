@@ -1,4 +1,3 @@
-// @ts-check
 // The page in other languages. Its words are written in English where they are used; the catalogue (words.json) has them
 // in German and Swedish, with `#` for a number and `{}` for what is filled in and has words of its own. What goes into the
 // page (core/dom.js) or onto a canvas passes through `tr`, which also gives numbers the language's decimal comma.

@@ -1,4 +1,3 @@
-// @ts-check
 // Random starts, followed until their motions are found: the shares of the attractors fill up while they come in.
 
 import { saveFile } from "../core/api.js";

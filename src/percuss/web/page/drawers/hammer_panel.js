@@ -1,4 +1,3 @@
-// @ts-check
 // What engineers ask of the whole hammer: the best one, what tolerances do to it, others beside it, its numbers by
 // measured blows, and its fatigue. Each answer is a sentence, its pictures and its tables, as a command gives them.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // A question whose answer takes its time: the buttons that ask it and give it up, how far it is, and what went wrong.
 
 import { Refusal, stream } from "../core/api.js";

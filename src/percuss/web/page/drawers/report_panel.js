@@ -1,4 +1,3 @@
-// @ts-check
 // What it means in joules, hertz, metres per second and megapascals, as cards; and the report as one file.
 
 import { saveFile } from "../core/api.js";

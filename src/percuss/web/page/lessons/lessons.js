@@ -1,4 +1,3 @@
-// @ts-check
 // Nine lessons. A scene sets a case and a view and says one sentence; the learner predicts, looks and reaches a target,
 // which is judged from what the page knows. A lesson ends with one question. The numbers are always the server's.
 

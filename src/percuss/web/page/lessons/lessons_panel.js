@@ -1,4 +1,3 @@
-// @ts-check
 // The lessons: a list with what has been reached, and a strip beside the stage while one is under way, always as high.
 
 import { $, h, put } from "../core/dom.js";

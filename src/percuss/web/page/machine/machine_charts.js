@@ -1,4 +1,3 @@
-// @ts-check
 // A machine over its cycle: position, force and velocity with a running mark; its work as a loop; energy and rate over
 // the pressure with the present point.
 

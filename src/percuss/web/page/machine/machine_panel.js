@@ -1,4 +1,3 @@
-// @ts-check
 // The machine that switches itself: piston, ports and valve in slow motion, its cycle as curves, energy and rate over the
 // pressure; or what keeps it from running.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // The machine in motion: the piston between its ports, what pushes it, and the spool of the valve.
 
 import { number } from "../core/format.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Which motion of a machine is shown: its cycle, or how it comes to it from a start, which can be typed or drawn.
 
 import { typed } from "../case/fields.js";

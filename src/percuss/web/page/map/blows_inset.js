@@ -1,4 +1,3 @@
-// @ts-check
 // The last thirty blows in a corner of the map: their phase and their speed. One dot is a motion with one blow, two take
 // turns, and what never repeats fills a curve.
 

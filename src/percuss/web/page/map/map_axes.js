@@ -1,4 +1,3 @@
-// @ts-check
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
 import { h, menu, put } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // What happens to the motion of the head, or to that which the panel Branches begins with, followed through both
 // parameters of the map: curves over its colours.
 

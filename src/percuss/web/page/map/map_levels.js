@@ -1,4 +1,3 @@
-// @ts-check
 // How a map comes: coarse at once, then finer. What takes long comes in strips of rows, and the curves some points at a
 // time, with room between them for the answer to a slider; a change of the hammer ends it.
 

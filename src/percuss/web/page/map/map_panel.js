@@ -1,4 +1,3 @@
-// @ts-check
 // The stability plane: verdicts as an image, the exact fold and flip curves over it, the design as a point that can be
 // dragged, clicked to another place, or moved by the arrow keys.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // The image of a map: verdicts and families of motions as flat colours, sizes and margins as ramps.
 
 import { span } from "../pictures/chart.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The contact under a magnifying glass, over the stage: the bounces before the last rest on the wall, gap over the time
 // that was left, both by powers of ten. There each bounce is the one before moved along: R times as long, R² times as high.
 

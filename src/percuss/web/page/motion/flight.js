@@ -1,4 +1,3 @@
-// @ts-check
 // One flight of a hammer in closed form, and the first time at which something of it crosses a level.
 //
 // A hammer is told by modes q_j, what each moves its striking end by: q_j″ + d_j q_j′ + ω_j² q_j = γ_j p(t), and its gap is

@@ -1,4 +1,3 @@
-// @ts-check
 // The motion of a hammer that never restarts: it goes on from where it is, frame by frame, while its law changes under it.
 //
 // Between events it moves in closed form (`flight.js`), from one event to the next: an impact, q_j′ → −R q_j′ of all modes

@@ -1,4 +1,3 @@
-// @ts-check
 // A stage whose motion never restarts. While something moves, the hammer goes on under its new law from where it is, in
 // closed form (live.js); when all is still and it has settled on the steady motion, the server's exact cycle, with all its
 // ringing, takes over at a blow, and the other way round.

@@ -1,4 +1,3 @@
-// @ts-check
 // Pictures of a motion: the striking end over time, its phase portrait, and every impact as a point.
 
 import { Chart, PHASES, span } from "../pictures/chart.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The motion: the bar in slow motion, its striking end over time, its phase portrait and the impacts as points; of a
 // steady motion, or of a simulation from any start. Each blow is heard when sound is on.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // Where a motion comes from: a steady motion, or a simulation from a start as the case's table [start] has it: at rest,
 // moving, with modes, on a steady motion, or random.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // What the players share: play and pause, the slider of time, and that of the slow motion.
 
 import { h, put } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // What is kept and told of a live motion: its name, and where one begins that is on its cycle.
 //
 // The name is what the motion is by now, in the words of the package: `z=p/n`, p impacts in n periods of the load; `chatter/n` and

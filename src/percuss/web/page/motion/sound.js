@@ -1,4 +1,3 @@
-// @ts-check
 // Each blow as a short ring at its own moment. Blows are placed on the clock of the audio hardware some tenths of a
 // second ahead, from the times that the server gave: when a frame of the screen happens to be drawn does not matter.
 // Nothing sounds until the user has asked for it.

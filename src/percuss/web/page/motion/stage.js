@@ -1,4 +1,3 @@
-// @ts-check
 // The bar in motion, drawn anew for every frame of the screen from the frames that the server computed.
 // Stroke and strain differ by orders of magnitude, so each is drawn on its own scale, and the scales are told.
 

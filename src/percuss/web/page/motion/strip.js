@@ -1,4 +1,3 @@
-// @ts-check
 // The strip below the stage: the gap of the striking end over the last eight periods, as it comes.
 
 import { inUnit, scaleOf } from "../core/format.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Pictures of the steady motions: the curve and its level, the branches over the load factor, the load at the blow, the
 // multipliers.
 

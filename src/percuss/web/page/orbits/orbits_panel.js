@@ -1,4 +1,3 @@
-// @ts-check
 // The steady motions: where their phases come from, how they branch with the load, what the load does at the blow, and
 // what becomes of a disturbance.
 

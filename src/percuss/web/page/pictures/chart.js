@@ -1,4 +1,3 @@
-// @ts-check
 // Charts on a canvas, drawn in well under a millisecond each so that a slider repaints them all within its frame.
 // A chart is told what to draw by a plain object (chart_pen.js).
 

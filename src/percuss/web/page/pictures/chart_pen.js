@@ -1,4 +1,3 @@
-// @ts-check
 // The pen of the charts: axes, lines, points, bands, and the samples of the legend.
 
 import { number } from "../core/format.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The colours of the present theme. What things and motions look like comes from the server's palette (/api/about), from
 // which reports and pictures are drawn as well; surfaces and text are the style sheet's. What colour says is said by
 // shape, hatch or text as well.

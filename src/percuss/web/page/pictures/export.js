@@ -1,4 +1,3 @@
-// @ts-check
 // A chart as a file: a picture with its title, its legend, the name of the case and the date, or the numbers it shows.
 
 import { download } from "../core/dom.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // Hatches: what tells areas apart without their colours. The names are those of the server's palette.
 
 import { path } from "./pen.js";

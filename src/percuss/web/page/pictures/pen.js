@@ -1,4 +1,3 @@
-// @ts-check
 // The pen of a canvas, as many pixels as the screen has, in units that grow with the text of the page; and what stages draw
 // with it.
 

@@ -1,4 +1,3 @@
-// @ts-check
 // A pen with the methods of a canvas that chart_pen.js and hatch.js draw with, whose strokes become elements of an SVG:
 // one painter for both. Pictures, and areas filled with a pattern, are embedded as PNG.
 

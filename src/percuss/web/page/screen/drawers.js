@@ -1,4 +1,3 @@
-// @ts-check
 // The drawers: questions beside the screen. One opens over the strip and the reasons; pressed again, over all but the
 // verdict and the stage. Lessons and the report open from the head, whole.
 

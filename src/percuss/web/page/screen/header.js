@@ -1,4 +1,3 @@
-// @ts-check
 // The head of the page: which machine, what was changed in it, undo and redo, the places, sound, theme, links and files.
 
 import { differences, redo, undo, undone } from "../core/address.js";

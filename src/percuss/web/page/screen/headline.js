@@ -1,4 +1,3 @@
-// @ts-check
 // The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
 import { saidOf } from "../core/api.js";

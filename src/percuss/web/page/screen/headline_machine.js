@@ -1,4 +1,3 @@
-// @ts-check
 // The headline of a machine that switches itself: whether it runs, with what, or what keeps it from running.
 
 import { intoRock } from "./headline.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The headline while a simulated motion plays: it tells of that motion, and not of the steady one beside it.
 
 import { chosen, data, reasonOf, view } from "../core/state.js";

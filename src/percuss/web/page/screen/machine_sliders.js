@@ -1,4 +1,3 @@
-// @ts-check
 // Sliders of a machine that switches itself: keys of its case, in the place of those of a clocked load.
 
 import { plainNumber, quantity } from "../core/format.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // While the server compiles its kernels, as it does once on a machine: what waits for that, and how far it is.
 
 import { get } from "../core/api.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // What stands on the screen: a bar under a load, a machine that switches itself, or one blow by its waves; each with its
 // stage, the strip of its last periods, and the picture that tells why. The rest of it is in the drawers.
 

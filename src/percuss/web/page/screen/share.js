@@ -1,4 +1,3 @@
-// @ts-check
 // What leaves the page: the link, the same as a command or as Python, and the page within another one.
 
 import { writeAddress } from "../core/address.js";

@@ -1,4 +1,3 @@
-// @ts-check
 // The sliders of what decides most: each a number that can be typed, what it slides over, whose ends can be typed too,
 // and a tick at what the machine had.
 
