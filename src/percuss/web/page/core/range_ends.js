@@ -4,6 +4,7 @@ import { h, put } from "./dom.js";
 import { number, plainNumber } from "./format.js";
 import { isRange } from "./moves.js";
 import { read } from "./units.js";
+import { language, tr } from "./words.js";
 
 /** @typedef {{ from: number, to: number, unit: string }} Range */
 
@@ -15,20 +16,23 @@ import { read } from "./units.js";
 export function rangeEnds({ id, about, range, keeps, problem, taken, digits = 4 }) {
   const commit = (/** @type {HTMLInputElement} */ changed) => {
     const { unit } = range();
-    const [low, high] = [from, to].map((input) => plainNumber(read(input.value, unit).value ?? Number.NaN, digits));
+    const [low, high] = [from, to].map((input) =>
+      plainNumber(read(input.value, unit, language).value ?? Number.NaN, digits),
+    );
     const isOne = isRange(low, high);
     for (const input of [from, to]) input.setAttribute("aria-invalid", String(!isOne && input === changed));
     const words = `A range must go from a number to a greater one; ${keeps} keeps the previous range.`;
     put(problem, isOne ? "" : words);
     if (isOne) taken(low, high, unit);
   };
+  const told = (/** @type {number} */ value) => tr(number(value, digits));
   const field = (/** @type {"from" | "to"} */ end) => {
-    const told = { "aria-label": `${end}, ${about}`, "aria-describedby": problem.id };
     const own = { type: "text", class: "end", id: `${id}-${end}`, spellcheck: "false", autocomplete: "off" };
     const input = h("input", {
       ...own,
-      ...told,
-      ".value": number(range()[end], digits),
+      "aria-label": `${end}, ${about}`,
+      "aria-describedby": problem.id,
+      ".value": told(range()[end]),
       onchange: () => commit(input),
     });
     return input;
@@ -41,7 +45,7 @@ export function rangeEnds({ id, about, range, keeps, problem, taken, digits = 4 
       [to, now.to],
     ])) {
       if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
-      if (input.value !== number(value, digits)) input.value = number(value, digits);
+      if (input.value !== told(value)) input.value = told(value);
     }
   };
   return { from, to, fill };

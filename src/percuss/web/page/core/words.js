@@ -140,6 +140,7 @@ const withCommas = (text) => text.replace(NUMBER, (number) => number.replace("."
 
 /** Whether a text has nothing to translate: numbers, units and symbols. @param {string} text */
 const isWordless = (text) =>
+  KEY.test(text) ||
   text.split(/[\s\u202f=/:;,()[\]…–]+/).every((one) => !/\p{L}{2}/u.test(one) || kindOf(one) !== "" || KEY.test(one));
 
 /** The static parts of the page in its language. @param {Element} root */
