@@ -14,12 +14,27 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import expect
 
 from test_web_screen import LAYOUT
-from web_desk import PANELS, Desk, figure, knows, scene, settled, slide
+from web_desk import PANELS, Desk, figure, knows, settled, slide
 
 pytestmark = pytest.mark.browser
 
 GERMAN, SWEDISH = {"locale": "de-DE"}, {"locale": "sv-SE"}
-KINDS = ("mini-breaker", "hydraulic-drifter", "drill-string", "valve-breaker", "oil-drifter", "stopped-beam")
+ALL = (
+    *((name, GERMAN) for name in ("mini-breaker", "valve-breaker")),
+    *(
+        pytest.param(name, language, marks=pytest.mark.slow)
+        for name in (
+            "mini-breaker",
+            "hydraulic-drifter",
+            "drill-string",
+            "valve-breaker",
+            "oil-drifter",
+            "stopped-beam",
+        )
+        for language in (GERMAN, SWEDISH)
+        if language is SWEDISH or name not in ("mini-breaker", "valve-breaker")
+    ),
+)
 NOT_SAID = "import('/static/core/words.js').then(words => [...words.missed].filter(one => !/^[\\w.]+[=<]/.test(one)))"
 
 
@@ -36,8 +51,7 @@ def test_every_phrase_has_both_languages() -> None:
                 assert numbered.count(mark) == english.count(mark), (english, other)
 
 
-@pytest.mark.parametrize("desk", [GERMAN, SWEDISH], indirect=True, ids=["de", "sv"])
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(("name", "desk"), ALL, indirect=["desk"])
 def test_nothing_on_the_page_stays_english(desk: Desk, name: str) -> None:
     """Every drawer of a sample of every kind, with all that folds out; and the screen has room for all words."""
     page = desk.open(f"machine={name}")
@@ -45,6 +59,8 @@ def test_nothing_on_the_page_stays_english(desk: Desk, name: str) -> None:
     settled(page)
     assert page.evaluate(LAYOUT) == []
     for panel in PANELS:
+        if panel == "branches" and name == "oil-drifter":
+            continue  # to follow its cycle takes minutes
         page.evaluate(f"import('/static/core/state.js').then(state => state.show({{panel: '{panel}', tall: 1}}))")
         settled(page)
         page.evaluate("document.querySelectorAll('details:not(.menu)').forEach(one => one.open = true)")
@@ -69,8 +85,9 @@ def test_lessons_are_told_in_the_language(desk: Desk) -> None:
     told = page.evaluate(f"import('/static/core/words.js').then(words => {json.dumps(texts)}.map(words.tr))")
     assert page.evaluate(NOT_SAID) == []
     assert [one for one, other in zip(texts, told, strict=True) if one == other and len(one) > 3] == []
-    scene(page, 1, 1)
-    assert page.locator("#lesson-strip").inner_text() != ""
+    page.locator("#panel-lessons .lesson button").first.click()
+    settled(page)
+    expect(page.locator("#lesson-strip")).to_be_visible()
     assert page.evaluate(NOT_SAID) == []
 
 
@@ -79,7 +96,7 @@ def test_numbers_have_the_comma_of_the_language(desk: Desk) -> None:
     """Figures, fields and what is typed; another language is chosen, and kept for the next time."""
     page = desk.open("machine=mini-breaker")
     assert page.evaluate("document.documentElement.lang") == "de"
-    assert re.fullmatch(r"17,5\s?Hz", figure(page, "Schlagfrequenz"))
+    assert figure(page, "Schlagfrequenz") == "17,5Hz"
     expect(page.locator("#verdict")).to_have_text("Stabil")
     page.fill("#slide-restitution-value", "0,36")
     page.press("#slide-restitution-value", "Enter")

@@ -72,7 +72,7 @@ export function tr(text) {
 
 // What stands between texts that are translated each for itself: sentences, clauses; what ends one; what a list has.
 const SENTENCES = [/((?<=[.!?])\s+)/, /((?<=;)\s+)/, /( — | · )/, /(: )/];
-const ENDS = /([.;:…▸▾?]+$|^\s+|\s+$|^[▴●○✓]\s?)/;
+const ENDS = /([.;:…▸▾?]+$|^[▴●○✓]\s?|^\d+ (?=\p{Lu}))/u;
 const PARTS = /(, | = | \((?=[\w.[\]]*\.[\w.[\]]*\)$)| \[(?=[^[\]]*\]$)|[)\]]$)/;
 
 /** The translation of a text, and a note of what there is none of. @param {string} text @returns {string} */
@@ -95,7 +95,7 @@ function known(text) {
   const small = text[0].toLowerCase() + text.slice(1);
   const uncapped = small === text ? null : (phrase(small) ?? template(small));
   if (uncapped !== null) return uncapped[0].toUpperCase() + uncapped.slice(1);
-  for (const marks of [...SENTENCES, ENDS, PARTS]) {
+  for (const marks of [/(^\s+|\s+$)/, ...SENTENCES, ENDS, PARTS]) {
     const parts = text.split(marks);
     if (parts.length === 1) continue;
     const found = parts.map((part, i) => (i % 2 || !part ? part : known(part)));
