@@ -17,8 +17,16 @@ export const problemOf = (key) => h("div", { class: "problem", id: `${idOf(key)}
 /** A text input for a key; `read` makes a value of what is typed.
  * @param {string} key @param {Record<string, any>} attributes @param {(text: string) => any} [read] */
 export function input(key, attributes, read = (text) => typed(text, key)) {
-  const onchange = () => setKey(key, read(control.value));
-  const oninput = settled(onchange, TYPING); // half a number is no value
+  let typing = false;
+  const onchange = () => {
+    typing = false;
+    setKey(key, read(control.value));
+  };
+  const rested = settled(() => typing && onchange(), TYPING); // half a number is no value; what counts, counts once
+  const oninput = () => {
+    typing = true;
+    rested();
+  };
   const own = { type: "text", id: idOf(key), "data-key": key, spellcheck: "false" };
   const control = h("input", { ...own, oninput, onchange, ...attributes });
   return control;
