@@ -480,3 +480,27 @@ def test_pictures(desk: Desk) -> None:
             small = picture.convert("RGB").quantize(255, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
         small.save(path, optimize=True)
         assert path.stat().st_size < 150_000
+
+
+LOOK = """one => {
+  const { backgroundColor, color, borderTopColor, borderBottomStyle, outlineStyle, borderBottomColor, textDecorationLine } =
+    getComputedStyle(one);
+  return [backgroundColor, color, borderTopColor, borderBottomStyle, outlineStyle, borderBottomColor, textDecorationLine];
+}"""
+
+
+@pytest.mark.parametrize("desk", [{"forced_colors": "active"}], indirect=True)
+def test_what_is_chosen_is_seen_in_forced_colours(desk: Desk) -> None:
+    """A place, a motion, a drawer and a switch that is pressed look other than those that are not."""
+    page = desk.open("machine=mini-breaker&panel=hammer")
+    settled(page)
+    page.click("#pin")
+    settled(page)
+    for chosen, other in (
+        ("#explore", "#tab-lessons"),
+        ("#headline .segments [aria-pressed=true]", "#headline .segments [aria-pressed=false]"),
+        ("#tab-hammer", "#tab-orbits"),
+        ("#pin", "#sound"),
+    ):
+        pressed, plain = (page.locator(one).first.evaluate(LOOK) for one in (chosen, other))
+        assert pressed != plain, chosen
