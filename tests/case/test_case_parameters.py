@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
 from percuss.case.case import case_of, without_files
+from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
 from percuss.case.parameters.description import parameters, plain_tables
 from percuss.case.parameters.moves import MOVES, RELATIVE, placed
@@ -210,3 +212,14 @@ def test_every_movable_parameter_moves_to_its_value(name: str) -> None:
     assert (moved.s, moved.restitution) == (pytest.approx(7.5, rel=1e-12), 0.25)
     assert moved.d == pytest.approx(now.d, rel=1e-12)
     np.testing.assert_allclose(moved.load.coefficients, now.load.coefficients, rtol=1e-12)
+
+
+def test_every_parameter_of_the_catalogue_has_a_name_of_its_own() -> None:
+    """On an axis or beside a slider no two are called the same, and none by its key."""
+    for sample in (*MACHINES, *STRUCTURES):
+        labels = [row["label"] for row in parameters(load_case(sample.name)) if not row["dimensionless"]]
+        assert len(set(labels)) == len(labels), sample.name
+        assert not [label for label in labels if re.search(r"\w\.\w|\[\d", label)], sample.name
+    named = {row["name"]: row["label"] for row in parameters(load_case("oil-drifter"))}
+    assert named["load.orifices[1].drop"] == "passage rear – tank: drop"
+    assert "load.scale" not in named  # a map of oil that flows refuses it
