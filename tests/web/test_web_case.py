@@ -101,6 +101,13 @@ def test_a_case_goes_out_as_toml_and_comes_back(desk: Desk, tmp_path: Path) -> N
     page.set_input_files("#upload-toml", path)
     expect(page.locator("#field-bar-length")).to_have_value("320 mm")
     expect(page.locator("#field-contact-restitution")).to_have_value(moved)
+    slide(page, "restitution", 0.4)  # what is changed in a case of one's own is told as of a machine of the catalogue
+    settled(page)
+    page.click("#changes summary")
+    expect(page.locator("#changes li")).to_contain_text(["restitution R: 0.3996"])
+    page.click("#reset")
+    expect(page.locator("#field-contact-restitution")).to_have_value(moved)
+    expect(page.locator("#changes")).to_be_hidden()
 
 
 def test_wrong_files_are_refused_beside_their_fields(

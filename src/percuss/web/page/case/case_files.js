@@ -120,7 +120,7 @@ async function readCase(file, record) {
     const found = record // the bytes of the one and then those of the other
       ? await upload(`case/recorded?${words}`, new Blob([file, record]))
       : await post("case", { toml: await file.text() });
-    Object.assign(data, { base: null, physical: null });
+    Object.assign(data, { base: found.tables, physical: null });
     Object.assign(view, { machine: "", orbit: 0 });
     setTables(found.tables, found);
     show({});
