@@ -1,6 +1,7 @@
 // The drawers in the order of their buttons, and the places of the head: the name in the address, the title, what is kept
 // in the address, what it `needs` of the answer to a slider, whether it is of `clocked` loads or of `free` bars only. What
-// fills its section is the `start` of a module that is loaded when it is opened, or when the page has nothing else to do.
+// fills its section is the `start` of a module, when it is opened; an `early` one starts when the page has nothing else to
+// do, as files can be dropped anywhere.
 
 /** @type {import("./screen/drawers.js").Panel[]} */
 export const PANELS = [
@@ -49,7 +50,7 @@ export const PANELS = [
     defaults: { ask: "design" },
     load: () => import("./drawers/hammer_panel.js"),
   },
-  { name: "case", title: "Case as a form", load: () => import("./case/case_panel.js") },
+  { name: "case", title: "Case as a form", early: true, load: () => import("./case/case_panel.js") },
   {
     name: "lessons",
     title: "Lessons",

@@ -2,7 +2,7 @@
 // moving, with modes, on a steady motion, or random.
 
 import { said, saveFile } from "../core/api.js";
-import { $$, button, fieldOf, h, put, segments, select } from "../core/dom.js";
+import { $, $$, button, fieldOf, h, put, segments, select } from "../core/dom.js";
 import { effect, whenever } from "../core/signals.js";
 import { chosen, data, fileName, isHeld, setStart, setTables, show, view } from "../core/state.js";
 import { typed } from "../case/fields.js";
@@ -179,9 +179,9 @@ export function sourceProblems(problems) {
   const beside = Map.groupBy(problems, ({ key }) => key.replace(/^start\./, "").replace(/\[.*$/, ""));
   for (const input of inputs()) {
     const own = beside.get(input.dataset.start ?? "");
-    put(/** @type {HTMLElement} */ (document.getElementById(`${input.id}-problem`)), (own ?? []).map(said).join(" "));
+    put($(`#${input.id}-problem`, card), (own ?? []).map(said).join(" "));
     if (own) input.setAttribute("aria-invalid", "true");
     else input.removeAttribute("aria-invalid");
   }
-  return problems.length > 0 && [...beside.keys()].every((key) => document.getElementById(`start-${key}-problem`));
+  return problems.length > 0 && [...beside.keys()].every((key) => $(`#start-${key}-problem`, card));
 }

@@ -9,7 +9,7 @@ import { tr } from "../core/words.js";
 
 /** What a drawer is: its name in the address, its title, the module that fills it; where it belongs, for which cases.
  * @typedef {{ name: string, title: string, load: () => Promise<{ start: (place: HTMLElement) => void }>, place?: "head",
- *   clocked?: boolean, free?: boolean, defaults?: Record<string, unknown>, needs?: import("../core/state.js").Needs }} Panel */
+ *   early?: boolean, clocked?: boolean, free?: boolean, defaults?: Record<string, unknown>, needs?: import("../core/state.js").Needs }} Panel */
 
 /** @param {Panel} panel */
 const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free && isHeld());
@@ -32,7 +32,8 @@ export function startDrawers(panels) {
   );
   const fill = (/** @type {number} */ i) => filled(panels[i], sections[i]);
   panels.forEach((panel, i) => effect(() => void (isWanted(panel) && fill(i))));
-  whenIdle(() => panels.forEach((_, i) => whenIdle(() => fill(i))));
+  const ahead = (/** @type {number} */ i) => (panels[i].early ? fill(i) : void panels[i].load().catch(() => {}));
+  whenIdle(() => panels.forEach((_, i) => whenIdle(() => ahead(i)))); // opened, it is there at once
   $("#drawers").append(...panels.filter(({ place }) => !place).map(opener));
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.panel || event.defaultPrevented) return;
