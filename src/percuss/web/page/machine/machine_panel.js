@@ -113,8 +113,13 @@ function draw(motion) {
   mark(stage.time);
   const { canvas } = stage;
   canvas.setAttribute("aria-label", tr(`Piston, ports and valve. ${motion.sentence ?? motion.answer.outcome}`));
-  const { changed, modes, label } = motion;
-  Object.assign(canvas.dataset, { change: String(changed), modes: String(modes), label: label ?? "" });
+  const { changed, modes, label, more } = motion;
+  Object.assign(canvas.dataset, {
+    change: String(changed),
+    modes: String(modes),
+    label: label ?? "",
+    whole: String(Boolean(more)),
+  });
   if (!motion.arrays.t && !stage.live) return player.stop();
   if (movesByItself()) player.begin();
 }
