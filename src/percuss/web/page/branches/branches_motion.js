@@ -165,7 +165,7 @@ function pace() {
   const { share, seconds } = paceOf(view.branchSlow, { real, usual: USUAL, longest: LONGEST });
   parts.stage.rate = (2 * Math.PI) / seconds;
   const slower = seconds / real < 1.01 ? "real time" : `${number(seconds / real, 2)} times slower`;
-  parts.player.tellPace(share, second ? slower : `${number(seconds, 2)} s per load period`);
+  parts.player.tellPace(share, second ? slower : `${number(seconds, 2)} s a period`);
 }
 
 /** @param {number} time */
