@@ -78,8 +78,8 @@ def _oil_keys(table: ValveLoad) -> list[str]:
 
 def label_of(key: str, table: object) -> str:
     """A key of a case with this load in a few words, its ports and sections counted from 1."""
-    if key in KEYS and KEYS[key].label:
-        return KEYS[key].label
+    if label := key_of(key).label:
+        return label
     parts = key.replace("[", ".").replace("]", "").split(".")
     what = {"behind": "place"}.get(parts[-1], parts[-1].replace("_", " "))
     match parts:

@@ -79,8 +79,8 @@ def _has(parameter: Parameter[System], system: System) -> bool:
 
 def _keys(case: Case) -> list[dict[str, Any]]:
     found, names = [], varied_keys(case)
-    by_oil = getattr(case.tables.load, "oil", None) is not None
-    none = {LOAD_SCALE} if case.is_machine and (by_oil or LOAD_PRESSURE in names) else set()  # the pressure is the same
+    flows = getattr(case.tables.load, "oil", None) is not None  # then no factor is on its forces
+    none = {LOAD_SCALE} if case.is_machine and (flows or LOAD_PRESSURE in names) else set()  # the pressure is the same
     for name in names:
         table, _, key = name.partition(".")
         if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
@@ -95,18 +95,8 @@ def _keys(case: Case) -> list[dict[str, Any]]:
         kept = name == FREQUENCY and isinstance(case.tables.load, HistoryLoad)  # there it says where cycles are cut
         movable = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
         ends = span or _around(value)
-        found.append(
-            _row(
-                name,
-                label_of(name, case.tables.load),
-                about.meaning,
-                unit,
-                value,
-                *ends,
-                movable,
-                about.slides and not kept,
-            )
-        )
+        label, slides = label_of(name, case.tables.load), about.slides and not kept
+        found.append(_row(name, label, about.meaning, unit, value, *ends, movable, slides))
     return found
 
 

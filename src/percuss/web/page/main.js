@@ -48,7 +48,7 @@ async function start() {
   startHeader(PANELS, failed);
   startScenes();
   startMap($("#map-place"));
-  startDrawers(PANELS);
+  const fetchAhead = startDrawers(PANELS);
   startHeadline();
   startSliders();
   try {
@@ -66,6 +66,7 @@ async function start() {
   writeAddress();
   followAddress((hash) => load(hash).catch(failed));
   document.documentElement.dataset.ready = "1";
+  fetchAhead();
 }
 
 during("start", start());

@@ -70,8 +70,11 @@ let late = null;
 export function startLate(start) {
   late = new Map();
   const heard = late;
-  start();
-  late = null;
+  try {
+    start();
+  } finally {
+    late = null;
+  }
   if (data.tables) for (const [action, topic] of heard) attempt(action, topic);
 }
 

@@ -2,9 +2,8 @@
 // numbers look. What the package itself takes for a unit stands in units.py; the factors are the same.
 
 /** @typedef {"SI" | "practical" | "US"} System */
-/** @typedef {{ error: string, remedy: string, value?: undefined, from?: undefined, to?: undefined }} Refused */
+/** @typedef {{ error: string, remedy: string, value?: undefined }} Refused */
 /** @typedef {{ value: number, unit: string, error?: undefined, remedy?: undefined }} Quantity */
-/** @typedef {{ from: number, to: number, unit: string, error?: undefined, remedy?: undefined }} Range */
 
 // ---- Units: a factor, and the powers of metre, kilogram, second and radian
 
@@ -283,24 +282,6 @@ const trimmed = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : tex
 /** @param {string} power */
 const superscript = (power) => [...power].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
 
-const LADDER = /** @type {[number, string][]} */ (
-  Object.entries({ G: 9, M: 6, k: 3, "": 0, m: -3, u: -6, n: -9 }).map(([name, power]) => [10 ** power, name])
-);
-
-/** A figure with its unit, in a system: "152 bar", "5.7 kJ"; a unit of SI gets the prefix that suits the number.
- * @param {number | null | undefined} value @param {string} unit
- * @param {{ system?: System, kind?: string, digits?: number, language?: string }} [options] */
-export function figure(value, unit, { system = "practical", kind, digits = 3, language = "en" } = {}) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  let found = shown(value, unit, system, kind);
-  const size = Math.abs(found.value);
-  if (system === "SI" && PREFIXED.has(found.unit) && size) {
-    const [scale, prefix] = LADDER.find(([least]) => size >= 0.9999 * least) ?? LADDER[LADDER.length - 1];
-    found = { value: found.value / scale, unit: prefix + found.unit };
-  }
-  return joined(number(found.value, digits, language), found.unit);
-}
-
 /** A number with the unit behind it. @param {string} text @param {string} unit */
 function joined(text, unit) {
   const name = printed(unit);
@@ -368,23 +349,6 @@ export function read(text, unit, language = "en") {
   if (Number.isFinite(same)) return { value: same, unit };
   const kinds = [rest, unit].map((one) => KINDS[kindOf(one)]?.words ?? "another quantity");
   return refused(`“${typed}” is ${kinds[0]}, and ${kinds[1]} is needed`, wanted(unit, language));
-}
-
-/** A range as it is typed: "300…340 mm", "300:340", "0,1 - 0,4", "300 mm to 0.34 m"; a unit at one end counts for both.
- * @param {string} text @param {string} unit @param {string} [language] @returns {Range | Refused} */
-export function readRange(text, unit, language = "en") {
-  const typed = normal(text);
-  const words = /^(.+?) ?(?:…|\.\.\.?|[:;–]| (?:to|bis|till|-) |(?<=\d)-(?=-?[\d.,])) ?(.+)$/.exec(typed);
-  const [low, high] = [0.8, 1.2].map((k) => number(k * example(unit), 3, language));
-  const whole = `write both ends, such as ${joined(`${low}…${high}`, unit)}`;
-  if (!words) return refused(`“${typed}” is not a range`, whole);
-  const ends = [words[1], words[2]];
-  const units = ends.map((end) => leading(end, language)).map((found) => (found && "rest" in found ? found.rest : ""));
-  const [from, to] = ends.map((end, i) => read(units[i] ? end : `${end} ${units[1 - i]}`, unit, language));
-  if (from.error !== undefined) return from;
-  if (to.error !== undefined) return to;
-  if (!(from.value < to.value)) return refused("a range goes from a number to a greater one", whole);
-  return { from: from.value, to: to.value, unit };
 }
 
 /** What a number in a unit could be. @param {string} unit */

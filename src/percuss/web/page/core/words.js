@@ -37,7 +37,10 @@ let templates = [];
 const done = new Map();
 
 if (language !== "en") {
-  const catalogue = await (await fetch("/static/core/words.json")).json();
+  const catalogue = await fetch("/static/core/words.json").then(
+    (answer) => answer.json(),
+    () => ({}),
+  ); // else in English
   const column = Object.keys(LANGUAGES).indexOf(language) - 1;
   phrases = new Map(Object.entries(catalogue).map(([key, targets]) => [key, targets[column]]));
   const filled = [...phrases].filter(([key]) => key.includes("{}"));

@@ -14,7 +14,8 @@ import { tr } from "../core/words.js";
 /** @param {Panel} panel */
 const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free && isHeld());
 
-/** @param {Panel[]} panels */
+/** Start them; what is returned fetches their modules, so that one that is opened is there at once.
+ * @param {Panel[]} panels */
 export function startDrawers(panels) {
   know(panels);
   const drawer = $("#drawer");
@@ -33,7 +34,6 @@ export function startDrawers(panels) {
   const fill = (/** @type {number} */ i) => filled(panels[i], sections[i]);
   panels.forEach((panel, i) => effect(() => void (isWanted(panel) && fill(i))));
   const ahead = (/** @type {number} */ i) => (panels[i].early ? fill(i) : void panels[i].load().catch(() => {}));
-  whenIdle(() => panels.forEach((_, i) => whenIdle(() => ahead(i)))); // opened, it is there at once
   $("#drawers").append(...panels.filter(({ place }) => !place).map(opener));
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.panel || event.defaultPrevented) return;
@@ -59,6 +59,7 @@ export function startDrawers(panels) {
       tab.setAttribute("aria-expanded", String(open && panel === now));
     });
   });
+  return () => panels.forEach((_, i) => whenIdle(() => ahead(i)));
 }
 
 /** Whether something in the view is the drawer's. @param {Panel} panel */
@@ -81,11 +82,9 @@ async function filled({ name, load }, section) {
   }
 }
 
-/** When the first answer is on the screen and there is nothing else to do. @param {() => void} action */
-function whenIdle(action) {
-  if (document.documentElement.dataset.ready) requestIdleCallback(action);
-  else setTimeout(whenIdle, 100, action);
-}
+/** When there is nothing else to do; not every browser can tell. @param {() => void} action */
+const whenIdle = (action) =>
+  "requestIdleCallback" in globalThis ? requestIdleCallback(action) : setTimeout(action, 200);
 
 /** The button of a drawer: pressed, it opens; again, it grows; again, it closes. @param {Panel} panel */
 export function opener({ name, title, place }) {
