@@ -237,9 +237,10 @@ def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
 
 def page() -> list[Row]:
     """What the user of the page waits for."""
+    program = chromium()  # which asks Playwright, too
     with server() as (base, _, _), sync_playwright() as playwright:
         ready(base)
-        browser = playwright.chromium.launch(executable_path=chromium(), args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
         rows = [row for part in (first_paints, moves, machine_moves, maps, animation) for row in part(browser, base)]
         browser.close()
     return rows
