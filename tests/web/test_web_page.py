@@ -48,9 +48,10 @@ def test_the_modules_of_the_screen_are_loaded_at_once() -> None:
 
 NOTES = """
 import { h, put } from "./core/dom.js";
-import { on, view } from "./core/state.js";
+import { effect } from "./core/signals.js";
+import { view } from "./core/state.js";
 
-const start = (section) => on("view", () => put(section, h("p", {}, `page ${view.page}`)));
+const start = (section) => effect(() => put(section, h("p", {}, `page ${view.page}`)));
 export const PANELS = [
   { name: "case", title: "Case as a form", load: () => import("./case/case_panel.js") },
   { name: "notes", title: "Notes", defaults: { page: 3 }, load: async () => ({ start }) },
@@ -134,15 +135,16 @@ def test_a_move_outlives_a_restart_of_the_server(browser: Browser) -> None:
     desk.context.close()
 
 
-def test_a_listener_that_throws_does_not_silence_the_others(desk: Desk) -> None:
+def test_an_effect_that_throws_does_not_silence_the_others(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
     settled(page)
     before = figure(page, "blow energy")
     page.evaluate(
         """async () => {
-          const { on, data } = await import("/static/core/state.js");
-          on("quick", () => { throw new Error("of the test"); });
-          on("quick", () => { document.title = `heard ${data.changed}`; });
+          const { data } = await import("/static/core/state.js");
+          const { effect } = await import("/static/core/signals.js");
+          effect(() => { if (data.quick) throw new Error("of the test"); });
+          effect(() => { document.title = `heard ${data.quick.changed}`; });
         }"""
     )
     slide(page, "restitution", 0.15)

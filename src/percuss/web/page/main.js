@@ -1,9 +1,9 @@
 // The page's start: its parts, the catalogue, and the state from the address.
 
 import { get, problemsOf, takeToken } from "./core/api.js";
-import { followAddress, fromAddress, keepAddress, writeAddress } from "./core/address.js";
+import { followAddress, fromAddress, keepAddress } from "./core/address.js";
 import { $ } from "./core/dom.js";
-import { data, setTables, tell, wish } from "./core/state.js";
+import { data, setTables, wish } from "./core/state.js";
 import { during } from "./core/under_way.js";
 import { PANELS } from "./panels.js";
 import { usePalette } from "./pictures/colours.js";
@@ -32,13 +32,11 @@ async function load(address) {
   data.base = base;
   data.physical = null;
   setTables(tables, info ?? data.info);
-  tell("view");
 }
 
 /** @param {unknown} error */
 function failed(error) {
   data.problems = problemsOf(error);
-  tell("problems");
   data.machines = [...data.machines]; // a machine that did not come is not the one that is shown
 }
 
@@ -58,12 +56,10 @@ async function start() {
     watchPreparing(data.about);
     Object.assign(data, await catalogue); // machines and structures
     await case_;
-    tell("view");
   } catch (error) {
     failed(error);
   }
   keepAddress();
-  writeAddress();
   followAddress((hash) => load(hash).catch(failed));
   document.documentElement.dataset.ready = "1";
   fetchAhead();

@@ -3,8 +3,10 @@
 import { postBinary, problemsOf, saidOf } from "../core/api.js";
 import { button, facts, h, latest, movesByItself, put, select } from "../core/dom.js";
 import { counted, number, percent, si, withUnit } from "../core/format.js";
-import { data, isHeld, on, show, view } from "../core/state.js";
+import { effect, whenever } from "../core/signals.js";
+import { data, isHeld, show, view } from "../core/state.js";
 import { tr } from "../core/words.js";
+import { themeNow } from "../pictures/colours.js";
 import { Player } from "../motion/player.js";
 import { blowCharts, blowUnits, drawBlow, followBlow, tellShares } from "./blow_charts.js";
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
@@ -66,8 +68,8 @@ export function start(panel) {
   parts.problem = h("div", { role: "alert", id: "blow-problem" });
   parts.facts = h("div", { class: "card", id: "blow-facts" });
   put(panel, parts.sentence, parts.notes, parts.problem, blowCharts(), blowSliders(moved), parts.facts, parts.scale);
-  on("tables view", want);
-  on("theme", () => stage.blow && (drawBlow(stage.blow, parts.units), stage.seek(stage.frame)));
+  effect(want);
+  whenever(themeNow, () => stage.blow && (drawBlow(stage.blow, parts.units), stage.seek(stage.frame)));
   document.addEventListener("visibilitychange", () => document.hidden && player.stop());
 }
 

@@ -5,7 +5,8 @@ import { post } from "../core/api.js";
 import { framed, h, latest, problem, put, settled } from "../core/dom.js";
 import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
-import { REST, chosen, data, isHeld, modesInWords, move, on, show, view } from "../core/state.js";
+import { effect, whenever } from "../core/signals.js";
+import { REST, chosen, data, isHeld, modesInWords, move, show, view } from "../core/state.js";
 import { Chart, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
 import { along, askedRange, beginning, ready, rests, rising, startChoices } from "./branches_choices.js";
@@ -47,7 +48,14 @@ export function start(section) {
   parts.status = h("p", { class: "small muted", id: "branches-status", role: "status" });
   parts.events = h("div", { class: "card scroll", id: "branches-events" });
   parts.found = h("div", { class: "card scroll", id: "branches-found" });
-  const picture = h("div", { class: "card" }, figure, parts.readout, everyRows(more, repaint), parts.status);
+  const picture = h(
+    "div",
+    { class: "card" },
+    figure,
+    parts.readout,
+    everyRows(more, () => repaint()),
+    parts.status,
+  );
   put(
     section,
     h("div", { class: "card" }, parts.choice),
@@ -57,20 +65,24 @@ export function start(section) {
   );
   pointer(canvas);
   section.addEventListener("keydown", keys);
-  on("tables", () => {
-    if (view.panel === "branches" && data.info && data.moved?.length === 1 && data.moved[0] === along().name) return;
-    since = data.changed;
-    stopAll(); // of another hammer: sliders come first
-  });
+  whenever(
+    () => data.changed,
+    (changed) => {
+      if (view.panel === "branches" && data.info && data.moved?.length === 1 && data.moved[0] === along().name) return;
+      since = changed;
+      stopAll(); // of another hammer: sliders come first
+    },
+  );
   startChoices(parts.choice, search);
-  on("info view quick", () => ready() && (want(), placed()));
-  on("view", () => view.panel !== "branches" && (pauseBranch(), stopAll()));
-  on("tables quick view theme", repaint);
+  effect(want, (run) => settled(run, REST));
+  effect(() => void (ready() && placed()));
+  effect(() => void (view.panel !== "branches" && (pauseBranch(), stopAll())));
+  repaint = effect(paint, framed);
   document.addEventListener("visibilitychange", () => document.hidden && pauseBranch());
 }
 
 /** Ask for the branches of the case as it is now, unless they are under way or there. */
-const want = settled(() => {
+function want() {
   if (!ready() || data.problems.length || (data.quick ?? data.machine)?.changed !== data.changed) return;
   const axis = along();
   const begin = beginning();
@@ -84,7 +96,7 @@ const want = settled(() => {
   key = now;
   put(parts.status, "Following …");
   askBranches({ tables: data.tables, axis, begin, depth: rests(begin) ? 0 : depth, modes, now });
-}, REST);
+}
 
 const askBranches = latest(
   (/** @type {Question & { begin: string, depth: number, now: string }} */ { tables, axis, begin, depth, modes }) =>
@@ -217,7 +229,9 @@ const carry = (value) => asked && move({ [asked.axis.name]: plainNumber(value, 6
 
 /* the picture */
 
-const repaint = framed(() => {
+let repaint = () => {};
+
+function paint() {
   if (!ready()) return;
   const axis = asked?.axis ?? along();
   const now = present(data, axis.name);
@@ -237,7 +251,7 @@ const repaint = framed(() => {
     canvas.dataset.frame = JSON.stringify(ends);
   }
   over();
-});
+}
 
 /** How far the branches reach, and the present design, with some room. @param {number} [now] */
 function reached(now) {

@@ -123,7 +123,6 @@ async function readCase(file, record) {
     Object.assign(data, { base: found.tables, physical: null });
     Object.assign(view, { machine: "", orbit: 0 });
     setTables(found.tables, found);
-    show({});
     put(report, found.history ? recording(found.history, found.notes) : "");
   } catch (error) {
     refuse(problemsOf(error));

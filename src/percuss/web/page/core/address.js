@@ -2,8 +2,8 @@
 //   #panel=map&machine=mini-breaker&load.mean=800 N&contact.restitution=0.3
 
 import { settled } from "./dom.js";
-import { signal } from "./signals.js";
-import { DEFAULTS, data, machineTables, on, view } from "./state.js";
+import { effect, signal } from "./signals.js";
+import { DEFAULTS, data, machineTables, view } from "./state.js";
 import { inOwnUnit, valueAt, withKey } from "./moves.js";
 
 const TABLES = ["system", "bar", "body", "contact", "load", "tool", "rock", "blow", "start", "simulation"];
@@ -142,7 +142,7 @@ export function keepAddress() {
   last = Math.max(step, Number(sessionStorage.getItem("percuss-steps") ?? 0));
   told = { gesture, design: designOf(location.hash || `#${address()}`) };
   tellSteps();
-  on("view tables", settled(writeAddress, 180));
+  effect(writeAddress, (write) => settled(write, 180));
 }
 
 /** Each design is a step of the browser's own history, one a gesture: Back, and undo, lead to the one before. */

@@ -1,9 +1,11 @@
 // What is known, and what follows from it: signals, and effects that run when one they have
-// read is another. Effects run together, in a microtask, after all that changes at once has changed; each once.
+// read is another. Effects run together, in a microtask, after all that changes at once has changed; each once; or they
+// are put off, to the next frame or until nothing changes any more.
 
 /** @typedef {{ sources: Set<Source>, again: () => void }} Reader */
 /** @typedef {{ readers: Set<Reader> }} Source */
 /** @template T @typedef {{ value: T, peek: () => T }} Signal */
+/** How effects are put off: makes of what runs one what asks for a run. @typedef {(run: () => void) => () => void} Later */
 
 /** @type {Reader | null} */
 let reading = null;
@@ -54,15 +56,12 @@ export function signal(initial) {
 }
 
 class Effect {
-  /** @param {() => void} action */
-  constructor(action) {
+  /** @param {() => void} action @param {Later} [later] */
+  constructor(action, later = () => () => soon(this)) {
     this.action = action;
     /** @type {Set<Source>} */
     this.sources = new Set();
-  }
-
-  again() {
-    later(this);
+    this.again = later(() => this.run());
   }
 
   run() {
@@ -76,7 +75,7 @@ class Effect {
 }
 
 /** @param {Effect} effect */
-function later(effect) {
+function soon(effect) {
   if (!due.size) queueMicrotask(flush);
   due.add(effect);
 }
@@ -91,25 +90,25 @@ export function flush() {
   }
 }
 
-/** Run an action now, and again whenever a signal it has read is another; what is returned ends that.
- * @param {() => void} action */
-export function effect(action) {
-  const own = new Effect(action);
+/** Run an action now, and again whenever a signal it has read is another, and when what is returned is called.
+ * @param {() => void} action @param {Later} [later] */
+export function effect(action, later) {
+  const own = new Effect(action, later);
   own.run();
-  return () => (forget(own), due.delete(own));
+  return own.again;
 }
 
 /** Run an action now, and again when its key has another content: an effect of the key alone, whatever the action reads.
  * Nothing happens while the key is false or null.
- * @template K @param {() => K} key @param {(now: NonNullable<K>) => void} action */
-export function whenever(key, action) {
+ * @template K @param {() => K} key @param {(now: NonNullable<K>) => void} action @param {Later} [later] */
+export function whenever(key, action, later) {
   let before = "";
   return effect(() => {
     const now = key();
     if (!now || JSON.stringify(now) === before) return;
     before = JSON.stringify(now);
     within(null, () => action(now));
-  });
+  }, later);
 }
 
 /** An object whose properties are signals. @template {Record<string, any>} T @param {T} initial @returns {T} */

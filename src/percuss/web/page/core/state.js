@@ -1,4 +1,4 @@
-// What the page knows, who is told when it changes, and the questions that go to the server when the case changes.
+// What the page knows, in signals, and the questions that go to the server when the case changes.
 // `view` is all that the address bar holds; `data` is what the server answered.
 
 import { get, post, postBinary, problemsOf } from "./api.js";
@@ -51,51 +51,9 @@ export const data = store(
   }),
 );
 
-/** @type {Map<string, ((topic: string) => void)[]>} */
-const listeners = new Map();
-
-/** Be told of a topic: view, tables, quick, info, steady, machine, played, problems, theme.
- * @param {string} topics @param {(topic: string) => void} heard */
-export function on(topics, heard) {
-  for (const topic of topics.split(" ")) {
-    listeners.set(topic, [...(listeners.get(topic) ?? []), heard]);
-    late?.set(heard, topic);
-  }
-}
-
-/** What is heard by what starts after the page, each with one of its topics. @type {Map<(topic: string) => void, string> | null} */
-let late = null;
-
-/** Start what is loaded after the page: what there is is told to it at once. @param {() => void} start */
-export function startLate(start) {
-  late = new Map();
-  const heard = late;
-  try {
-    start();
-  } finally {
-    late = null;
-  }
-  if (data.tables) for (const [action, topic] of heard) attempt(action, topic);
-}
-
-/** Tell all; one that fails is reported, and the others hear of it all the same. @param {string} topic */
-export function tell(topic) {
-  for (const heard of listeners.get(topic) ?? []) attempt(heard, topic);
-}
-
-/** @param {(topic: string) => void} heard @param {string} topic */
-function attempt(heard, topic) {
-  try {
-    heard(topic);
-  } catch (error) {
-    reportError(error);
-  }
-}
-
 /** @param {Record<string, any>} changes */
 export function show(changes) {
   Object.assign(view, changes);
-  tell("view");
   if ("m" in changes) changedCase(null);
   else if (data.quick && !enough(data.quick)) askQuick();
 }
@@ -178,9 +136,6 @@ const askQuick = latest(
     if (answer.tables) data.tables = answer.tables;
     data.quick = answer;
     data.problems = [];
-    if (answer.tables) tell("tables");
-    tell("problems");
-    tell("quick");
     if (!enough(answer)) askQuick(); // the panel has changed meanwhile
     refresh({ tables: data.tables, m: view.m, count: question.count });
   },
@@ -202,25 +157,19 @@ const refresh = settled((/** @type {Asked} */ question) => {
 }, REST);
 
 const askInfo = latest(
-  async (/** @type {Asked} */ { tables, count }) => ({ info: await post("case", { case: tables }), count }),
-  ({ info, count }) => {
+  (/** @type {Asked} */ { tables }) => post("case", { case: tables }),
+  (info, { count }) => {
     if (count !== data.changed) return;
     data.info = info;
     data.placed = { ...data.moving };
-    tell("info");
   },
   refused,
 );
 
 const askSteady = latest(
-  async (/** @type {Asked} */ { tables, m, count }) => ({
-    steady: await post("steady", { case: tables, periods: [m] }),
-    count,
-  }),
-  ({ steady, count }) => {
-    if (count !== data.changed) return;
-    data.steady = steady;
-    tell("steady");
+  (/** @type {Asked} */ { tables, m }) => post("steady", { case: tables, periods: [m] }),
+  (steady, { count }) => {
+    if (count === data.changed) data.steady = Object.assign(steady, { changed: count });
   },
   refused,
 );
@@ -256,7 +205,6 @@ const askMore = latest(
   ({ answer }, { count }) => {
     if (count !== data.changed || !data.machine) return;
     data.machine = { ...data.machine, more: answer };
-    tell("machine");
   },
   () => {}, // the cycle is there without it
 );
@@ -266,8 +214,6 @@ function takeMachine(machine, count) {
   const before = data.machine?.changed === count ? data.machine : null;
   data.machine = Object.assign(machine, { changed: count, more: before?.more ?? null });
   data.problems = [];
-  tell("problems");
-  tell("machine");
 }
 
 /** @param {any} error @param {Asked} question */
@@ -275,7 +221,6 @@ function refused(error, question) {
   if (question.count !== data.changed) return;
   data.problems = problemsOf(error);
   data.quick = data.steady = data.machine = null;
-  for (const topic of ["problems", "quick", "steady", "machine"]) tell(topic);
 }
 
 /** @param {string[] | null} names */
@@ -283,12 +228,10 @@ function changedCase(names) {
   if (!data.tables) return;
   data.changed += 1;
   data.moved = names;
-  data.steady = null;
   asking.abort();
   const own = switchesItself();
   if (own) data.quick = null;
   else data.machine = null;
-  tell("tables");
   if (own) askMachine({ tables: data.tables, count: data.changed, epoch });
   else askQuick();
 }
@@ -310,9 +253,7 @@ export function setTables(tables, info = data.info) {
   wishes += 1;
   epoch += 1;
   if (kindOf(tables) !== kindOf(data.tables)) Object.assign(data, { quick: null, steady: null, machine: null });
-  const told = info !== data.info;
   Object.assign(data, { tables, info, moving: {}, placed: {} });
-  if (told) tell("info");
   changedCase(null);
 }
 
@@ -378,7 +319,6 @@ export async function pickMachine(name) {
   Object.assign(view, { machine: name, orbit: 0, xr: "", yr: "" }); // ranges are of the machine before
   Object.assign(data, { base: found.tables, physical: null });
   setTables(found.tables, found);
-  tell("view");
 }
 
 /** Why an orbit is stable or not; short until the multipliers are known. @param {Chosen} orbit */
@@ -394,13 +334,22 @@ export function obstacleOf({ quick, full }) {
   return data.about.reasons[quick.impact_velocity > 0 ? "through the wall" : "no blow"];
 }
 
+/** The full answer to what the quick one tells of, once it has come. @returns {Record<string, any> | null} */
+export const fullAnswer = () => (data.steady?.changed === data.quick?.changed ? data.steady : null);
+
+/** That of its orbits. @returns {Record<string, any>[]} */
+export function fullOrbits() {
+  const found = fullAnswer()?.periods[0]?.orbits ?? [];
+  return found.length === data.quick?.orbits.length ? found : [];
+}
+
 /** The orbit that is looked at: number k from 1, its quick answer and, when it has come, its full answer.
  * @typedef {{ quick: Record<string, any>, full?: Record<string, any> | null }} Chosen
  * @returns {Chosen & { number: number } | null} */
 export function chosen() {
   const orbits = data.quick?.orbits ?? [];
   if (!orbits.length) return null;
-  const full = data.steady?.periods?.[0]?.orbits ?? [];
+  const full = fullOrbits();
   let index = view.orbit >= 1 && view.orbit <= orbits.length ? view.orbit - 1 : -1;
   if (index < 0) {
     const rank = orbits.map(
@@ -409,5 +358,5 @@ export function chosen() {
     );
     index = rank.indexOf(Math.max(...rank));
   }
-  return { number: index + 1, quick: orbits[index], full: full.length === orbits.length ? full[index] : null };
+  return { number: index + 1, quick: orbits[index], full: full[index] };
 }

@@ -4,7 +4,17 @@ import { saveFile } from "../core/api.js";
 import { button, h, put } from "../core/dom.js";
 import { angle, number, percent, scaleOf } from "../core/format.js";
 import { effect } from "../core/signals.js";
-import { chosen, data, fileName, isHeld, obstacleOf, reasonOf, switchesItself, view } from "../core/state.js";
+import {
+  chosen,
+  data,
+  fileName,
+  fullAnswer,
+  isHeld,
+  obstacleOf,
+  reasonOf,
+  switchesItself,
+  view,
+} from "../core/state.js";
 
 /** @typedef {NonNullable<ReturnType<typeof chosen>>} Found */
 /** @typedef {Record<string, any>} Answer */
@@ -45,7 +55,7 @@ export function start(place) {
     const found = ownReport ? null : chosen();
     put(head, found ? headOf(found) : ownReport ? headOfOther() : headOfNone());
     put(cards, found && found.quick.impact_velocity > 0 && cardsOf(found));
-    put(rest, !ownReport && restOf(data.steady?.rest, found));
+    put(rest, !ownReport && restOf(fullAnswer()?.rest, found));
   });
 }
 

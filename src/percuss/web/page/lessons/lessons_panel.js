@@ -3,19 +3,17 @@
 import { $, h, put } from "../core/dom.js";
 import { quantity } from "../core/format.js";
 import { valueAt } from "../core/moves.js";
-import { effect } from "../core/signals.js";
+import { effect, flush, store } from "../core/signals.js";
 import {
   DEFAULTS,
   chosen,
   data,
   machineTables,
-  on,
   presentValues,
   reasonOf,
   setTables,
   show,
   switchesItself,
-  tell,
   view,
   wish,
 } from "../core/state.js";
@@ -25,7 +23,7 @@ import { LESSONS, questionOf } from "./lessons.js";
 const KEPT = "percuss-lessons";
 const FIRST = { key: "", reached: false, said: -1, asking: false, answer: -1 };
 /** What the learner has said of the scene in sight, and whether its target is reached. */
-let own = { ...FIRST };
+const own = store(FIRST);
 
 /** The targets that were reached, as "3.2". @returns {string[]} */
 function reachedBefore() {
@@ -72,15 +70,13 @@ export function start(place) {
       put($(".done", cards[i]), n === scenes.length ? "✓ done" : n ? `${n} of ${scenes.length} targets` : "");
     });
   });
-  on("view", strip);
+  effect(strip);
   effect(judge);
   effect(() => {
     const on_ = view.projector && LESSONS[view.lesson - 1] ? "1" : "0";
-    const ready = data.about; // which has the colours
     if ((document.documentElement.dataset.projector ?? "0") === on_) return;
     document.documentElement.dataset.projector = on_;
     forgetTheme(); // drawings grow with the text
-    if (ready) tell("theme");
   });
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.projector || event.defaultPrevented) return;
@@ -106,9 +102,9 @@ async function play(lesson, number) {
     experiment: null,
     blow: null,
   });
-  own = { ...FIRST };
+  Object.assign(own, FIRST);
   setTables(found?.tables ?? tables, found ?? data.info);
-  show({});
+  flush(); // what can be pressed is there
   const { activeElement } = document;
   if (!activeElement || activeElement === document.body || activeElement.closest("#drawer"))
     $("#lesson-ask button")?.focus();
@@ -145,7 +141,6 @@ function judge() {
   own.reached = true;
   const before = reachedBefore();
   if (!before.includes(key)) localStorage.setItem(KEPT, JSON.stringify([...before, key]));
-  strip();
 }
 
 const CHOOSE = "Press a scene: it sets the case, and says what to try.";
@@ -158,7 +153,7 @@ function strip() {
   box.hidden = !lesson || view.panel === "lessons";
   const scene = sceneNow();
   if (own.key !== keyNow()) {
-    own = { ...FIRST, key: keyNow() };
+    Object.assign(own, FIRST, { key: keyNow() });
     data.begin = { count: data.begin.count + 1, state: scene?.begin ?? null };
   }
   const key = JSON.stringify([own, box.hidden, view.projector]);
@@ -259,7 +254,7 @@ function ask(scene, question) {
 /** Something was pressed; who is at the keyboard goes on from there. @param {Partial<typeof FIRST>} change */
 function say(change) {
   Object.assign(own, change);
-  strip();
+  flush();
   const box = $("#lesson-ask");
   const first = $("button", box) ?? box;
   if (first === box) box.tabIndex = -1;

@@ -4,13 +4,15 @@
 import { saidOf } from "../core/api.js";
 import { facts, framed, h, movesByItself, put, table } from "../core/dom.js";
 import { number, percent, si, withUnit } from "../core/format.js";
-import { data, on, switchesItself, unhurried, view } from "../core/state.js";
+import { effect } from "../core/signals.js";
+import { data, switchesItself, unhurried, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 import { forgetBlows, tellBlow } from "../map/blows_inset.js";
 import { paceOf, Player } from "../motion/player.js";
 import { onCycle } from "../motion/settled.js";
 import { heardAs } from "../motion/sound.js";
 import { Strip } from "../motion/strip.js";
+import { theme } from "../pictures/colours.js";
 import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machineUnits } from "./machine_charts.js";
 import { MachineStage } from "./machine_stage.js";
 import { fromStart, machineSource, startUp } from "./machine_start.js";
@@ -43,16 +45,10 @@ export function startMachine() {
   const { strip, why, rest } = machineCharts();
   parts.strip = new Strip("machine-strip", strip);
   parts.moving = [parts.scale, why, rest, parts.facts];
-  const { picks, form } = machineSource(() => (want(), words()));
-  const told = unhurried(words);
-  on("machine", () => {
-    if (data.machine) keepCurve(data.machine); // whether the panel is in sight or not
-    want();
-    told();
-  });
-  on("tables problems", want);
-  on("view info", () => (want(), words()));
-  on("theme", () => ((parts.drawn = null), want()));
+  const { picks, form } = machineSource();
+  effect(() => void (data.machine && keepCurve(data.machine))); // whether the panel is in sight or not
+  effect(want);
+  effect(words, unhurried);
   document.addEventListener("visibilitychange", () => document.hidden && player.stop());
   const choice = h("div", { class: "row middle" }, picks);
   const details = [choice, form, parts.sentence, parts.scale, rest, parts.facts];
@@ -80,9 +76,10 @@ function want() {
   if (fromStart() && !started) return;
   const shown = started ?? machine;
   for (const part of parts.moving) part.hidden = !shown.arrays.t;
-  const same = parts.drawn === shown && parts.sections === data.info;
+  const colours = theme();
+  const same = parts.drawn === shown && parts.sections === data.info && parts.colours === colours;
   if (same && parts.curve === machine) return;
-  Object.assign(parts, { drawn: shown, curve: machine, sections: data.info });
+  Object.assign(parts, { drawn: shown, curve: machine, sections: data.info, colours });
   drawCurve(machine, machineUnits(machine));
   if (!same) draw(shown);
 }

@@ -4,6 +4,7 @@ import { typed } from "../case/fields.js";
 import { postBinary, problemsOf, said } from "../core/api.js";
 import { button, fieldOf, h, latest, put, segments } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
+import { signal } from "../core/signals.js";
 import { data, setStart, show, view } from "../core/state.js";
 
 /** [label, hint] of the keys of a start. @type {Record<string, [string, string]>} */
@@ -12,13 +13,13 @@ const FIELDS = {
   velocity: ["with a speed toward it", "2 m/s; 0 when empty"],
 };
 
-/** `started`: the last start-up that came; `last`: the last machine that there was. @type {Record<string, any>} */
-const parts = { started: null, asked: -1, last: null };
+/** `last`: the last machine that there was. @type {Record<string, any>} */
+const parts = { asked: -1, last: null };
+/** The last start-up that came. */
+const started = signal(/** @type {import("./machine_charts.js").Machine | null} */ (null));
 
-/** The choice and the fields of a start; `came` is called when another start-up is there, or none can be.
- * @param {() => void} came */
-export function machineSource(came) {
-  parts.came = came;
+/** The choice and the fields of a start. */
+export function machineSource() {
   const pick = (/** @type {string} */ machineShow, /** @type {string} */ text) =>
     button(text, () => show({ machineShow }), { id: `machine-of-${machineShow}` });
   parts.picks = { cycle: pick("cycle", "Cycle"), start: pick("start", "From a start") };
@@ -64,19 +65,17 @@ export function startUp() {
   for (const [key, input] of Object.entries(parts.inputs))
     if (input !== document.activeElement) input.value = String(data.tables.start?.[key] ?? "");
   if (parts.asked !== data.changed) ask({ tables: data.tables, count: (parts.asked = data.changed) });
-  return parts.started?.changed === data.changed ? parts.started : null;
+  return started.value?.changed === data.changed ? started.value : null;
 }
 
 const ask = latest(
   (/** @type {{ tables: any, count: number }} */ { tables }) => postBinary("machine/start", { case: tables }),
   (found, { count }) => {
     put(parts.problem);
-    parts.started = Object.assign(found, { changed: count, cycles: found.answer.blows.length || 1, started: true });
-    parts.came();
+    started.value = Object.assign(found, { changed: count, cycles: found.answer.blows.length || 1, started: true });
   },
   (error, { count }) => {
     if (error.status !== 422) parts.asked = -1; // the same question may be answered later
     if (count === data.changed) put(parts.problem, problemsOf(error).map(said).join(" "));
-    parts.came();
   },
 );

@@ -8,6 +8,7 @@ import { theme } from "../pictures/colours.js";
 import { h, put } from "../core/dom.js";
 import { percent } from "../core/format.js";
 import { present } from "../core/moves.js";
+import { signal } from "../core/signals.js";
 import { data, isHeld, modesInWords, show, switchesItself, view } from "../core/state.js";
 
 /** @typedef {import("./map_axes.js").Axis} Axis */
@@ -40,17 +41,18 @@ const box = h("input", { type: "checkbox", id: "map-follow", onchange: () => sho
 const motion = h("span", {}, "this motion"); // its words
 /** @type {any} */
 let part = null;
-/** Curves, as the server tells them. @type {any[]} */
-let found = [];
+/** Curves, as the server tells them. */
+const found = signal(/** @type {any[]} */ ([]));
 
-/** The switch and the progress below the map; `repaint` is called when there are more curves.
- * @param {() => void} repaint */
-export function followedRow(repaint) {
+/** The switch and the progress below the map. */
+export function followedRow() {
   const told = (/** @type {any} */ answer, /** @type {boolean} */ done) => {
-    found = answer?.curves ?? [];
+    found.value = answer?.curves ?? [];
     if (answer) put(part.words, done ? words() : percent(answer.done, 2));
-    box.dataset.found = found.map(({ type }) => type).join();
-    repaint();
+    box.dataset.found = found
+      .peek()
+      .map(({ type }) => type)
+      .join();
   };
   part = new Part({ id: "map-followed", path: "follow/curves", begun: "Following …", told });
   const label = h("label", { class: "check" }, box, " what happens to ", motion, ", as curves");
@@ -58,9 +60,10 @@ export function followedRow(repaint) {
 }
 
 function words() {
-  const cut = found.some(({ points }) => points.some((/** @type {any} */ one) => one.type === "stopped"));
-  if (!found.length) return "Nothing happens to it on the lines through the design.";
-  const curves = found.length === 1 ? "One curve" : `${found.length} curves`;
+  const all = found.peek();
+  const cut = all.some(({ points }) => points.some((/** @type {any} */ one) => one.type === "stopped"));
+  if (!all.length) return "Nothing happens to it on the lines through the design.";
+  const curves = all.length === 1 ? "One curve" : `${all.length} curves`;
   const of = view.bmodes || isHeld() ? `with ${modesInWords(view.bmodes)}` : "of a rigid bar";
   return `${curves}, ${of}${cut ? "; what took too long is cut off" : ""}.`;
 }
@@ -91,7 +94,7 @@ export const stopFollowed = () => part.stop();
 /** Lines, without what is no orbit otherwise, and rings at what happens on them. @param {Axis} x @returns {any[]} */
 export function followedItems(x) {
   const { accent } = theme();
-  const lines = found.map(({ type, parameters, curve }) => {
+  const lines = found.value.map(({ type, parameters, curve }) => {
     const across = parameters.indexOf(x.name);
     const at = (/** @type {number} */ k) =>
       curve.values.map((/** @type {number[]} */ pair, /** @type {number} */ i) => (curve.is_orbit[i] ? pair[k] : null));
@@ -106,7 +109,7 @@ export function followedItems(x) {
       name,
     };
   });
-  const rings = found.flatMap(({ parameters, points }) => {
+  const rings = found.value.flatMap(({ parameters, points }) => {
     const across = parameters.indexOf(x.name);
     const special = points.filter((/** @type {any} */ { type }) => !ENDS.has(type));
     return special.map((/** @type {any} */ { type, values }) => {

@@ -12,7 +12,8 @@ import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_fo
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
 import { heldAt, present, rangeText, withKey } from "../core/moves.js";
-import { data, drag, locked, move, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
+import { effect, signal, whenever } from "../core/signals.js";
+import { data, drag, locked, move, show, switchesItself, uptodate, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 
 export const defaults = {
@@ -39,11 +40,10 @@ const bar = h("progress", { max: 1, value: 0, id: "map-progress", "aria-label": 
 const tip = h("div", { class: "tip", id: "map-tip", hidden: true });
 /** Of what is finer than the first view. @type {AbortController | null} */
 let asking = null;
-/** The latest map. @type {import("./map_picture.js").Plane | null} */
-let plane = null;
+/** The latest map. */
+const plane = signal(/** @type {import("./map_picture.js").Plane | null} */ (null));
 let key = ""; // of the map that is wanted
-/** @type {import("./map_levels.js").Curve[]} */
-let lines = [];
+const lines = signal(/** @type {import("./map_levels.js").Curve[]} */ ([]));
 let dragging = false;
 let since = 0; // the last change of the case that made the map another
 
@@ -54,19 +54,21 @@ export function startMap(place) {
   const above = h("div", { class: "axes" });
   const below = h("div", { class: "axes across" });
   const progress = h("div", { class: "map-status" }, status, bar);
-  const words = h("div", { class: "map-words" }, readout, progress, followedRow(repaint));
+  const words = h("div", { class: "map-words" }, readout, progress, followedRow());
   put(place, h("div", { class: "axes-row" }, above, chart.saving), chart.figure, below, chart.key, words);
   chart.figure.append(tip, blowsInset());
   startChoices(above, below);
   pointer();
-  on("tables", () => {
-    if (moveOnly()) return;
-    since = data.changed;
-    stopFollowed();
-  });
-  on("info view quick machine", () => ready() && compute());
-  on("theme", () => (plane && picture(plane), repaint()));
-  on("tables quick machine view steady pinned", repaint);
+  whenever(
+    () => data.changed,
+    (changed) => {
+      if (moveOnly()) return;
+      since = changed;
+      stopFollowed();
+    },
+  );
+  effect(() => void (ready() && compute()));
+  effect(repaint, framed);
 }
 
 /** The latest answer, from which a late one is known: of a machine that switches itself, its cycle. */
@@ -101,7 +103,7 @@ const coarse = latest(
     return value;
   },
   (/** @type {any} */ found, map) => {
-    lines = [];
+    lines.value = [];
     take(found, map, null);
     canvas.dataset.coarse = String(found.nx);
     if (map.key === key) during("map", finer(map, found.cost)).catch(failed);
@@ -131,26 +133,24 @@ async function finer(map, cost) {
   put(status, "Finer …");
   if (slow) await draw(exact);
   for (const side of map.sides.slice(1)) {
-    const under = plane;
+    const under = plane.value;
     for await (const found of level(map, side, cost, signal)) {
       take(found, map, found.rows < found.ny ? under : null);
       bar.value = found.rows / found.ny;
       put(status, `${number(100 * bar.value, 2)} % of ${found.nx} × ${found.ny} cells`);
     }
-    if (side === last) canvas.dataset.fine = String(plane?.nx);
+    if (side === last) canvas.dataset.fine = String(plane.value?.nx);
   }
   bar.hidden = true;
-  put(status, `${plane?.nx} × ${plane?.ny} cells${switchesItself() ? ", each of a rigid piston" : ""}.`);
+  put(status, `${plane.value?.nx} × ${plane.value?.ny} cells${switchesItself() ? ", each of a rigid piston" : ""}.`);
   while (await draw(exact));
 }
 
 /** The next points of the curves; false when there are no more. @param {ReturnType<typeof curves>} exact */
 async function draw(exact) {
   const { value, done } = await exact.next();
-  if (value) lines = value;
-  tell("edges");
-  canvas.dataset.curves = String(lines.length);
-  repaint();
+  if (value) lines.value = value;
+  canvas.dataset.curves = String(lines.value.length);
   return !done;
 }
 
@@ -158,15 +158,15 @@ async function draw(exact) {
  * @param {Wanted} map @param {import("./map_picture.js").Plane | null} under */
 function take(found, { x, y, version, kind }, under) {
   const { nx, ny, rows } = found;
-  const image = { canvas: null, looks: [], used: new Set(), hatches: [] };
-  plane = { x, y, under, version, nx, ny, rows, ...image, ...content(found, kind, under) };
+  const image = { canvas: null, colours: null, looks: [], used: new Set(), hatches: [] };
+  const latest = { x, y, under, version, nx, ny, rows, ...image, ...content(found, kind, under) };
   if (under) {
     under.under = null; // of three one on top of the other the lowest is out of sight
-    Object.assign(under, { low: plane.low, high: plane.high });
+    Object.assign(under, { low: latest.low, high: latest.high });
     picture(under);
   }
-  picture(plane);
-  repaint();
+  picture(latest);
+  plane.value = latest;
 }
 
 /** Whether a map's axis is this one: over another range its picture would be wrong.
@@ -175,10 +175,13 @@ const like = (one, other) =>
   one.name === other.name && one.unit === other.unit && one.from === other.from && one.to === other.to;
 
 /** Whether the latest map is over the axes that are wanted now. @param {Axis} x @param {Axis} y */
-const shownHere = (x, y) => Boolean(plane?.canvas && like(plane.x, x) && like(plane.y, y));
+const shownHere = (x, y) => {
+  const map = plane.value;
+  return Boolean(map?.canvas && like(map.x, x) && like(map.y, y));
+};
 
 /** Whether it is of the case as it is now, but for a move along its axes. @param {Axis} x @param {Axis} y */
-const ofNow = (x, y) => shownHere(x, y) && Number(plane?.version) >= since;
+const ofNow = (x, y) => shownHere(x, y) && Number(plane.value?.version) >= since;
 
 /** Where the design stands in the plane. @returns {Place | null} */
 function design() {
@@ -187,12 +190,14 @@ function design() {
   return x === undefined || y === undefined ? null : { x, y };
 }
 
-const repaint = framed(() => {
+function repaint() {
   if (!ready()) return;
   const [x, y] = [axis("x"), axis("y")];
+  const map = plane.value;
+  if (map && map.colours !== theme()) picture(map);
   const items = [
-    ...legends(plane, theme()),
-    ...(ofNow(x, y) ? lines.map(line) : []),
+    ...legends(map, theme()),
+    ...(ofNow(x, y) ? lines.value.map(line) : []),
     ...followedItems(x),
     pinnedAt(x, y),
     marked(x, y),
@@ -201,10 +206,10 @@ const repaint = framed(() => {
     x: { label: "", from: x.from, to: x.to },
     y: { label: "", from: y.from, to: y.to },
     items: items.filter(Boolean),
-    image: plane && shownHere(x, y) ? { ...imageOf(plane), smooth: false, faded: !ofNow(x, y) } : null,
+    image: map && shownHere(x, y) ? { ...imageOf(map), smooth: false, faded: !ofNow(x, y) } : null,
     about: `Map over ${labelOf(x)} and ${labelOf(y)}; arrow keys move the design`,
   });
-});
+}
 
 /** @param {import("./map_picture.js").Plane} plane */
 const imageOf = ({ canvas, hatches, under }) => ({ canvas, hatches, under });
@@ -239,7 +244,8 @@ function marked(x, y) {
   const here = design();
   if (!here) return null;
   const place = `${told(x, here.x)}, ${told(y, here.y)}: ${answered()?.changed === data.changed ? verdict() : "…"}`;
-  const cell = plane?.kind === "families" && ofNow(x, y) ? cellAt(plane, here) : "";
+  const map = plane.value;
+  const cell = map?.kind === "families" && ofNow(x, y) ? cellAt(map, here) : "";
   const found = cell ? ` A simulation finds ${cell} there.` : "";
   put(readout, `${place}.${found}`);
   canvas.dataset.design = `${here.x},${here.y}`;
@@ -261,7 +267,7 @@ export function nearestEdge() {
   ];
   /** @type {ReturnType<typeof nearestEdge>} */
   let nearest = null;
-  for (const curve of lines)
+  for (const curve of lines.value)
     for (let i = 1; i < curve.x.length; i++) {
       if (![curve.x[i - 1], curve.x[i], curve.y[i - 1], curve.y[i]].every(Number.isFinite)) continue;
       for (const [along, own, other] of ways) {
@@ -361,7 +367,7 @@ function zoom(at, turned) {
 function hover(event) {
   const at = event && !dragging ? chart.at(event) : null;
   const [x, y] = [axis("x"), axis("y")];
-  const cell = at && plane && ofNow(x, y) ? cellAt(plane, at) : "";
+  const cell = at && plane.value && ofNow(x, y) ? cellAt(plane.value, at) : "";
   tip.hidden = !cell;
   if (!at || !cell || switchesItself()) ghost(null);
   else ghost({ [x.name]: plainNumber(at.x, 6), [y.name]: plainNumber(at.y, 6) });
@@ -392,7 +398,6 @@ const askGhost = latest(
 function showGhost(found) {
   const orbit = found?.orbits.find((/** @type {any} */ { stable }) => stable) ?? found?.orbits[0];
   data.ghost = orbit && found?.motion ? { model: found.motion, orbit } : null;
-  tell("ghost");
   if (!orbit) return;
   const energy = orbit.si ? `, ${si(orbit.si.blow_energy_J, "J", 3)}` : "";
   tip.append(h("br"), `${orbit.stable ? "stable" : "unstable"}${energy}`);

@@ -15,7 +15,7 @@ import { number, si, withUnit } from "../core/format.js";
  *   unit: string }} Content */
 /** A map: its axes, its cells, and the image of them; `under` is a coarser one that is seen where rows are to come.
  * @typedef {Content & { x: import("./map_axes.js").Axis, y: import("./map_axes.js").Axis, nx: number, ny: number,
- *   rows: number, version: number, under: Plane | null, canvas: HTMLCanvasElement | null, looks: Look[],
+ *   rows: number, version: number, under: Plane | null, canvas: HTMLCanvasElement | null, colours: Theme | null, looks: Look[],
  *   used: Set<number>, hatches: { hatch: string, canvas: HTMLCanvasElement }[] }} Plane */
 
 /** @type {Record<string, string>} */
@@ -80,7 +80,7 @@ const rampOf = ({ kind }, colours) => (kind === "margins" ? colours.stability : 
  * @param {Plane} plane */
 export function picture(plane) {
   const { nx, ny, rows, codes, values } = plane;
-  const colours = theme();
+  const colours = (plane.colours = theme());
   plane.looks = looksOf(plane, colours);
   const flat = plane.looks.map(({ colour }) => pixel(rgb(colour)));
   const shades = Uint32Array.from({ length: 256 }, (_, i) => pixel(ramp(rampOf(plane, colours), i / 255)));

@@ -4,6 +4,7 @@
 import { postBinary } from "../core/api.js";
 import { button, framed, h, latest, movesByItself, problem, put, settled } from "../core/dom.js";
 import { counted, number, plainNumber, si, withUnit } from "../core/format.js";
+import { effect, signal, whenever } from "../core/signals.js";
 import {
   asked,
   chosen,
@@ -11,11 +12,9 @@ import {
   isHeld,
   mover,
   obstacleOf,
-  on,
   setStart,
   show,
   switchesItself,
-  tell,
   uptodate,
   view,
 } from "../core/state.js";
@@ -60,10 +59,10 @@ const instantaneous = h(
   "The contact takes no time here: each blow is instantaneous. ",
   button("See one blow by its waves", () => show({ panel: "blow" }), { class: "link" }),
 );
-/** What the server has told of the motion. @type {import("./stage.js").Motion | null} */
-let motion = null;
-/** @type {import("./motion_charts.js").Units | null} */
-let units = null;
+/** What the server has told of the motion, and its units. */
+const told = signal(
+  /** @type {{ motion: import("./stage.js").Motion, units: import("./motion_charts.js").Units } | null} */ (null),
+);
 let key = ""; // of the motion that is wanted
 let hammer = ""; // that the stage has
 let shownOrbit = ""; // which of its motions
@@ -73,26 +72,21 @@ let ruled = -1; // of which change of the case its law is
 export function startMotion() {
   const { history, portrait, poincare } = charts;
   const portraits = h("div", { class: "grid" }, portrait, poincare);
-  on("info", want);
-  on("quick", law);
-  on("pinned", () => stage.beside("A", data.pinned?.model, data.pinned?.orbit));
-  on("ghost", () => stage.beside("there", data.ghost?.model, data.ghost?.orbit));
+  whenever(() => data.quick?.changed, law);
+  effect(() => stage.beside("A", data.pinned?.model, data.pinned?.orbit));
+  effect(() => stage.beside("there", data.ghost?.model, data.ghost?.orbit));
   grab(stage);
-  on("quick steady tables", want);
-  on("tables", () => switchesItself() && player.stop());
-  on("problems", () => data.problems.length && sourceProblems(data.problems));
-  on("view", () => {
+  effect(want, (run) => settled(run, 60));
+  effect(() => void (data.problems.length && sourceProblems(data.problems)));
+  effect(() => {
+    if (!data.tables) return;
     showContact(Boolean(view.contact));
     followStrip();
-    if (!inSight()) return stage.pause();
+    if (!inSight()) return player.stop();
     another();
-    want();
     knobs();
   });
-  on("theme", () => {
-    if (motion && units) drawCharts(motion, units);
-    stage.draw();
-  });
+  effect(() => void (told.value && drawCharts(told.value.motion, told.value.units)));
   document.addEventListener("visibilitychange", () => document.hidden && stage.pause());
   const stretch = [h("label", { class: "pick" }, h("span", {}, "Stretch "), grow), grown];
   const details = [sourceCard(status), status, h("div", { class: "row" }, stretch), facts, portraits, instantaneous];
@@ -175,7 +169,7 @@ const force = () => pushOf(data.quick?.curve?.load);
 
 // ---- The motion of the server
 
-const want = settled(() => {
+function want() {
   if (!inSight() || data.problems.length || !uptodate()) return;
   const orbit = chosen()?.number;
   const steady = view.source === "orbit";
@@ -196,7 +190,7 @@ const want = settled(() => {
     end_points: Math.min(20000, 1500 * view.cycles),
   };
   askMotion({ body, change: data.changed });
-}, 60);
+}
 
 const askMotion = latest(
   (/** @type {{ body: Record<string, any>, change: number }} */ { body }) => postBinary("motion", body),
@@ -204,12 +198,10 @@ const askMotion = latest(
     sourceProblems(data.problems); // of a later start, when this is a late answer to the one before
     take(found);
     data.played = { motion: { label: found.label, summary: found.summary }, change };
-    tell("played");
     canvas.dataset.change = String(change); // of the case, as it is drawn
   },
   (error) => {
     data.played = null;
-    tell("played");
     if (error.status !== 422) key = ""; // the same question would be refused again
     player.stop();
     put(status, sourceProblems(error.problems ?? []) ? "See the start above." : problem(error));
@@ -218,8 +210,7 @@ const askMotion = latest(
 
 /** @param {import("./stage.js").Motion} found */
 function take(found) {
-  motion = found;
-  units = unitsOf(found);
+  told.value = { motion: found, units: unitsOf(found) };
   const { arrays, modes, label } = found;
   const steady = found.source === "orbit" ? chosen() : null;
   const possible = steady && !obstacleOf(steady);
@@ -227,7 +218,6 @@ function take(found) {
   if (!possible) stage.show(found, force(), shapeOfCase());
   else if (steady.quick.stable) stage.settle(found, force(), shapeOfCase(), steady.quick);
   knobs();
-  drawCharts(found, units);
   fillFacts(found);
   const blows = counted(blowsOf(found).length, "blow");
   canvas.setAttribute("aria-label", `The ${mover()} and the wall: ${label}, ${blows} in view`);
@@ -273,14 +263,15 @@ function fillFacts({ label, outcome, begin, end, time_scale_s: second, first_mod
     ["delivered by the last blow", energy],
     [isHeld() ? "first mode" : "first elastic mode", mode],
   ];
-  const told = rows.map(([name, value]) => h("div", {}, h("dd", {}, value), h("dt", {}, name)));
-  put(facts, told, h("div", {}, heard, h("dt", {}, "heard")));
+  const cells = rows.map(([name, value]) => h("div", {}, h("dd", {}, value), h("dt", {}, name)));
+  put(facts, cells, h("div", {}, heard, h("dt", {}, "heard")));
 }
 
 /** A simulation from a point of the phase portrait, at the moment of the load that is shown.
  * @param {{ x: number, y: number }} at */
 function startThere({ x, y }) {
-  if (!motion || !units) return;
+  if (!told.value) return;
+  const { motion, units } = told.value;
   const phase = (((motion.load_phase + stage.time) % TURN) + TURN) % TURN;
   const position = Math.min(0, plainNumber(x / units.length.k));
   setStart({ position, velocity: plainNumber(y / units.speed.k), time: plainNumber(phase) });
@@ -289,7 +280,7 @@ function startThere({ x, y }) {
 
 // ---- As it plays
 
-const pitch = () => data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz;
+const pitch = () => data.info?.bar?.first_mode_Hz ?? told.value?.motion.first_mode_Hz;
 
 /** @param {number} time */
 function ticked(time) {
@@ -302,9 +293,9 @@ function ticked(time) {
 /** @param {number} time */
 function cursor(time) {
   if (!inSight()) return;
-  const { time: unit } = units ?? { time: { k: 1, name: "rad" } };
+  const { time: unit } = told.value?.units ?? { time: { k: 1, name: "rad" } };
   player.tellMoment(time, { time: unit }, unit.k * stage.length < 0.1 ? 5 : 3);
-  if (motion && units && stage.exact) followCharts(motion, units, time);
+  if (told.value && stage.exact) followCharts(told.value.motion, told.value.units, time);
 }
 
 const shown = framed(cursor);
@@ -317,14 +308,14 @@ function tellLabel() {
   const when = performance.now();
   if (when - labelled < 250 || ruled !== data.changed || !live) return;
   labelled = when;
-  data.label = exact ? (motion?.label ?? "") : live.label();
+  data.label = exact ? (told.value?.motion.label ?? "") : live.label();
   data.blows = exact || !live.struck ? [] : live.blows.slice(-live.struck).map(({ speed }) => speed);
 }
 
 /** @param {any} event */
 function struck(event) {
   if (event.speed !== undefined) tellBlow(event);
-  else if (motion) tellBlow({ phase: motion.load_phase + event.time, speed: event.impact_velocity });
+  else if (told.value) tellBlow({ phase: told.value.motion.load_phase + event.time, speed: event.impact_velocity });
   const scale = data.info?.scales?.energy_J;
   const energy = event.energy_J ?? (scale ? event.energy * scale : null);
   put(heard, heardAs({ frequency: pitch(), energy, share: stage.share(event) }));

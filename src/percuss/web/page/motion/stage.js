@@ -3,9 +3,10 @@
 
 import { data } from "../core/state.js";
 import { number, si } from "../core/format.js";
+import { whenever } from "../core/signals.js";
 import { read } from "../core/units.js";
 import { tr } from "../core/words.js";
-import { signed, theme } from "../pictures/colours.js";
+import { signed, theme, themeNow } from "../pictures/colours.js";
 import { FONT, arrow, penOf, signedScale, strokeLines } from "../pictures/pen.js";
 
 /** @typedef {CanvasRenderingContext2D} Pen */
@@ -63,6 +64,7 @@ export class Stage {
       this.box = [contentRect.width, contentRect.height];
       this.draw();
     }).observe(canvas);
+    whenever(themeNow, () => this.draw());
   }
 
   /** Frames to be played. @param {Motion} motion @param {any} [force] @param {any} [shape] a `Shape` */

@@ -4,9 +4,10 @@
 import { strands } from "../branches/branches_picture.js";
 import { RISING } from "../branches/branches_walk.js";
 import { post } from "../core/api.js";
-import { h, latest, settled } from "../core/dom.js";
+import { h, latest } from "../core/dom.js";
 import { angle, counted, inUnit, number, scaleOf } from "../core/format.js";
-import { REST, chosen, data, isHeld, on, uptodate, view } from "../core/state.js";
+import { whenever } from "../core/signals.js";
+import { chosen, data, fullOrbits, isHeld, uptodate, view } from "../core/state.js";
 import { Chart, PHASES, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
 
@@ -44,12 +45,6 @@ const NOTHING = { x: { label: "", from: 0, to: 1 }, y: { label: "", from: 0, to:
 /** @param {Chart} chart */
 const clear = (chart) => chart.draw({ ...(chart.spec ?? NOTHING), items: [] });
 
-/** The full answer of an orbit, once it has come. @param {number} index */
-export function fullOf(index) {
-  const full = data.steady?.periods?.[0]?.orbits ?? [];
-  return full.length === data.quick?.orbits.length ? full[index] : null;
-}
-
 /** Where the motion is on the curves of B77's law, also when its blows take time by another law. @param {Orbit} orbit @returns {number} */
 const onTheCurve = (orbit) => orbit.phase_b77 ?? orbit.phase;
 
@@ -58,9 +53,10 @@ const onTheCurve = (orbit) => orbit.phase_b77 ?? orbit.phase;
 function points(quick, x, y) {
   const { kinds } = theme();
   const now = chosen()?.number;
+  const full = fullOrbits();
   return quick.orbits.map((/** @type {Orbit} */ orbit, /** @type {number} */ i) => {
     const [shape, name] =
-      fullOf(i)?.admissible === false
+      full[i]?.admissible === false
         ? ["cross", "not possible"]
         : orbit.stable
           ? ["disc", "stable"]
@@ -172,16 +168,18 @@ let branches = null;
 let branched = -1; // the change of the case whose branches are shown
 
 /** Ask for the branches when the case has come to rest; along the load factor they stay as they are. */
-export const wantBranches = settled(() => {
+export function wantBranches() {
   if (view.panel !== "orbits" || isHeld() || !uptodate() || branched === data.changed) return;
   askBranches({ tables: data.tables, m: view.m, changed: data.changed });
-}, REST);
+}
 
-on("tables", () => {
-  const along = data.moved?.length === 1 && data.moved[0] === "load_factor";
-  if (along && branched === data.changed - 1 && data.quick?.load_factor <= branches.load_factor.at(-1))
-    branched = data.changed;
-});
+whenever(
+  () => data.changed,
+  (changed) => {
+    const along = data.moved?.length === 1 && data.moved[0] === "load_factor";
+    if (along && branched === changed - 1 && data.quick?.load_factor <= branches.load_factor.at(-1)) branched = changed;
+  },
+);
 
 const askBranches = latest(
   (/** @type {{ tables: any, m: number, changed: number }} */ { tables, m }) =>

@@ -1,14 +1,16 @@
 // The steady motions: where their phases come from, how they branch with the load, what the load does at the blow, and
 // what becomes of a disturbance.
 
-import { button, facts, framed, h, put, table } from "../core/dom.js";
+import { button, facts, h, put, settled, table } from "../core/dom.js";
 import { angle, number, si } from "../core/format.js";
+import { effect } from "../core/signals.js";
 import {
+  REST,
   chosen,
   data,
+  fullOrbits,
   isHeld,
   obstacleOf,
-  on,
   reasonOf,
   show,
   switchesItself,
@@ -16,7 +18,7 @@ import {
   view,
 } from "../core/state.js";
 import { detailsOfScenes } from "../screen/scenes.js";
-import { drawOrbitCharts, fullOf, orbitCharts, wantBranches } from "./orbits_charts.js";
+import { drawOrbitCharts, orbitCharts, wantBranches } from "./orbits_charts.js";
 
 /** @typedef {Record<string, any>} Orbit */
 
@@ -36,18 +38,14 @@ export function start(section) {
   parts.about = h("div", { id: "orbit-about" });
   parts.own = h("div", { class: "stack" }, parts.table, parts.charts, parts.about);
   put(section, parts.own, detailsOfScenes);
-  const unhurriedly = unhurried(words);
-  on("tables", () => (parts.own.hidden = switchesItself() || isHeld()));
-  on("quick", () => (pictures(), unhurriedly())); // pictures at once: a slider waits for them
-  on(
-    "steady view theme",
-    framed(() => (pictures(), words())),
-  );
-  on("quick view", wantBranches);
+  effect(() => (parts.own.hidden = switchesItself() || isHeld()));
+  effect(pictures); // at once: a slider waits for them
+  effect(words, unhurried);
+  effect(wantBranches, (want) => settled(want, REST));
 }
 
 const pictures = () =>
-  data.about && !switchesItself() && !isHeld() && drawOrbitCharts(data.quick, view.panel === "orbits");
+  void (data.about && !switchesItself() && !isHeld() && drawOrbitCharts(data.quick, view.panel === "orbits"));
 
 /** What the words are of: they stay while it is the same, and with them the place at the keyboard. @type {any[]} */
 let told = [];
@@ -77,8 +75,9 @@ const HEADS = [
 
 /** @param {Record<string, any>} quick @param {number} [now] */
 function orbitTable({ m, orbits, blow_alone: alone = [] }, now) {
+  const answers = fullOrbits();
   const rows = orbits.map((/** @type {Orbit} */ orbit, /** @type {number} */ i) => {
-    const full = fullOf(i);
+    const full = answers[i];
     const { ratio, lower, upper } = orbit.waveform;
     const isChosen = now === i + 1;
     const press = () => show({ orbit: i + 1 });
@@ -109,7 +108,7 @@ const phases = ({ phase, phase_b77: b77 }) =>
   b77 === undefined ? angle(phase) : `${angle(phase)} (B77 ${angle(b77)})`;
 
 /** One of the two margins, which come with the full answer; a rigid bar has no ringing.
- * @param {Orbit | null} full @param {Orbit} orbit @param {string} which */
+ * @param {Orbit | undefined} full @param {Orbit} orbit @param {string} which */
 function margin(full, orbit, which) {
   const value = (full ?? orbit)[which];
   return value === null ? (full ? "–" : "…") : number(value, 4);

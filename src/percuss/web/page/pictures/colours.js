@@ -2,6 +2,8 @@
 // which reports and pictures are drawn as well; surfaces and text are the style sheet's. What colour says is said by
 // shape, hatch or text as well.
 
+import { signal } from "../core/signals.js";
+
 /** @typedef {{ light: string, dark: string }} Pair */
 /** A family of motions: `colour` that of its cells, `line` that of its lines and dots.
  * @typedef {{ name: string, pattern: string, hatch: string, colour: string, line: string }} Family */
@@ -14,6 +16,8 @@
 
 /** @type {Theme | null} */
 let cache = null;
+/** How often the theme has been another one: who draws with it draws anew. */
+const changes = signal(0);
 /** @type {Palette} */
 let palette;
 let onPaper = false;
@@ -25,7 +29,7 @@ const LINES = [-1, 0, 5, 4, 3, 1];
 /** Take the server's palette; before it nothing is drawn. @param {Palette} given */
 export function usePalette(given) {
   palette = given;
-  cache = null;
+  forgetTheme();
   given.kinds.forEach(({ light, dark }, i) =>
     document.documentElement.style.setProperty(`--kind-${i + 1}`, `light-dark(${light}, ${dark})`),
   );
@@ -34,17 +38,21 @@ export function usePalette(given) {
 /** The theme is another one. */
 export function forgetTheme() {
   cache = null;
+  changes.value = changes.peek() + 1;
 }
+
+/** Which theme it is, of all that there have been; 0 before the first. */
+export const themeNow = () => changes.value;
 
 /** What is drawn next is for paper, which is never dark, or for the screen again. @param {boolean} whether */
 export function forPaper(whether) {
   onPaper = whether;
-  cache = null;
+  forgetTheme();
 }
 
 /** The colours of the present theme and the size of its text, read once. @returns {Theme} */
 export function theme() {
-  if (cache) return cache;
+  if (themeNow() && cache) return cache;
   const style = getComputedStyle(document.documentElement);
   const chosen = document.documentElement.dataset.theme; // else as the system has it
   const dark = !onPaper && (chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);

@@ -3,7 +3,7 @@
 
 import { $, button, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
-import { data, isHeld, know, show, startLate, switchesItself, view } from "../core/state.js";
+import { data, isHeld, know, show, switchesItself, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 import { tr } from "../core/words.js";
 
@@ -75,7 +75,7 @@ async function filled({ name, load }, section) {
   loaded.add(name);
   try {
     const { start } = await during("drawer", load());
-    startLate(() => start(section));
+    start(section);
   } catch (error) {
     reportError(error);
     put(section, h("p", { class: "note bad" }, "This part of the page could not be loaded. Load the page again."));

@@ -4,8 +4,8 @@ import { differences, redo, undo, undone } from "../core/address.js";
 import { $, flushFrames, h, put } from "../core/dom.js";
 import { quantity, system, useSystem, withUnit } from "../core/format.js";
 import { valueAt } from "../core/moves.js";
-import { effect } from "../core/signals.js";
-import { chosen, data, pickMachine, presentValues, setKey, setTables, show, tell, view } from "../core/state.js";
+import { effect, flush } from "../core/signals.js";
+import { chosen, data, pickMachine, presentValues, setKey, setTables, show, view } from "../core/state.js";
 import { setSound, soundOn } from "../motion/sound.js";
 import { forPaper, forgetTheme } from "../pictures/colours.js";
 import { opener } from "./drawers.js";
@@ -160,7 +160,6 @@ function pinned() {
         orbit: chosen()?.quick,
       };
   data.pinned = now;
-  tell("pinned");
   if (now) toast("A is kept: move on, and compare. The table stands under “Design and tolerance”, beside others.");
 }
 
@@ -217,12 +216,7 @@ function setTheme(name) {
   const label = `Theme: ${name}`;
   $("#theme").setAttribute("aria-label", tr(label));
   $("#theme").title = tr(label);
-  repaint();
-}
-
-function repaint() {
   forgetTheme();
-  tell("theme");
 }
 
 function startTheme() {
@@ -231,12 +225,12 @@ function startTheme() {
   addEventListener("beforeprint", () => paper(true));
   addEventListener("afterprint", () => paper(false));
   for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)", "(forced-colors: active)"])
-    matchMedia(wish).addEventListener("change", repaint);
+    matchMedia(wish).addEventListener("change", forgetTheme);
 }
 
 /** Paper is light: what is drawn is drawn anew for it, and again for the screen. @param {boolean} whether */
 function paper(whether) {
   forPaper(whether);
-  tell("theme");
+  flush();
   flushFrames();
 }

@@ -3,7 +3,7 @@
 import { saidOf } from "../core/api.js";
 import { $, button, h, put, settled } from "../core/dom.js";
 import { number, plainNumber, si, withUnit } from "../core/format.js";
-import { signal, whenever } from "../core/signals.js";
+import { whenever } from "../core/signals.js";
 import * as state from "../core/state.js";
 import { chosen, data, isHeld, reasonOf, switchesItself, view } from "../core/state.js";
 import { nearestEdge } from "../map/map_panel.js";
@@ -19,15 +19,13 @@ import { every, playedTold, plays } from "./headline_played.js";
  *   stable?: boolean[], clock?: { words: string, title?: string } | null, pinned?: Figure[] }} Told */
 
 export function startHeadline() {
-  const present = signal(/** @type {Told | null} */ (null));
-  const tell = () => (present.value = told() ?? present.peek());
-  state.on("quick steady machine problems view info played edges pinned", state.unhurried(tell));
   whenever(
-    () => present.value,
+    told,
     (now) => {
       put($("#headline"), headline(now));
       say(`${now.text}. ${now.words}`);
     },
+    state.unhurried,
   );
 }
 
@@ -108,8 +106,8 @@ function steady(found) {
   }
   const blows = share > 0 ? Math.max(1, Math.ceil(Math.log(0.01) / Math.log(share))) : 1;
   const settles = `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}`;
-  const sure = data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : "";
-  const words = `${often}; ${Number.isFinite(share) ? settles : reasonOf(found)}.${sure}`;
+  const sure = state.fullAnswer()?.uncertainty;
+  const words = `${often}; ${Number.isFinite(share) ? settles : reasonOf(found)}.${sure ? ` ${sure.sentence}` : ""}`;
   return { kind: "good", text: "Stable", words, ways: edge("stable until"), ...all };
 }
 
@@ -151,7 +149,7 @@ function figures({ quick, full }) {
     const cell = [label, struck(value === null ? "…" : value * factor), unit]; // in a unit without a prefix
     return cell;
   });
-  return [...found, ...intoRock(data.steady)];
+  return [...found, ...intoRock(state.fullAnswer())];
 }
 
 const ROCK = "into the rock";

@@ -3,7 +3,7 @@
 
 import { $, h } from "../core/dom.js";
 import { effect } from "../core/signals.js";
-import { DEFAULTS, data, isHeld, startLate, switchesItself, view } from "../core/state.js";
+import { DEFAULTS, data, isHeld, switchesItself, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 import { defaults as ofMap } from "../map/map_panel.js";
 import { defaults as ofMotion, startMotion } from "../motion/motion_panel.js";
@@ -42,7 +42,7 @@ async function bring(name) {
   delete LATER[name];
   if (load) {
     const make = await during("scene", load());
-    startLate(() => place(name, make()));
+    place(name, make());
   }
   const now = shown();
   for (const one of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("body [data-scene]")))

@@ -5,8 +5,8 @@ import { said } from "../core/api.js";
 import { $, afterFrame, h, put } from "../core/dom.js";
 import { plainNumber, quantity, typedQuantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
-import { whenever } from "../core/signals.js";
-import { data, locked, move, on, show, switchesItself, view } from "../core/state.js";
+import { effect, whenever } from "../core/signals.js";
+import { data, locked, move, show, switchesItself, view } from "../core/state.js";
 import { machineSliders } from "./machine_sliders.js";
 import { tr } from "../core/words.js";
 
@@ -19,12 +19,12 @@ const IN_SIGHT = 7; // the others are under "more"
 
 /** @type {{ box: HTMLElement, follow: () => void }[]} */
 let rows = [];
-const followAll = () => data.tables && rows.forEach(({ follow }) => follow());
+const followAll = () => void (data.tables && rows.forEach(({ follow }) => follow()));
 
 /** The ranges stay as long as the names and the units do. */
 export function startSliders() {
-  on("tables", followAll);
-  on("info quick machine view", afterFrame(followAll));
+  whenever(() => data.changed, followAll);
+  effect(followAll, afterFrame);
   whenever(
     () => data.tables && [view.machine, Boolean(data.tables.system), sliding().map(({ name, unit }) => [name, unit])],
     () => {
