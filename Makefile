@@ -28,7 +28,7 @@ PRETTIER := $(TOOLS)/prettier --print-width 120 --log-level warn
 export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
-.PHONY: help demo ready test slow lint page format docs bench pins clean
+.PHONY: help demo ready test slow lint page format docs bench wheel pins clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -73,6 +73,9 @@ docs: $(DEV)  ## build the documentation into build/docs
 bench: $(DEV)  ## measure the speeds that the package promises
 	$(BIN)/python benchmarks/run.py
 
+wheel: $(RUN)  ## the wheel into dist/, with machine code of the kernels for x86-64-v3, so that nobody waits for a compiler
+	PERCUSS_MACHINE_CODE=1 $(PIP) wheel --no-deps --no-build-isolation -w dist .
+
 pins:  ## compile requirements/*.txt from pyproject.toml again (needs uv)
 	sh requirements/compile.sh
 
@@ -115,7 +118,6 @@ $(PAGE): requirements/page.txt requirements/package.json requirements/package-lo
 # Once, beside the installation above: else each process of the suite would compile them for itself.
 $(KERNELS): $(wildcard src/percuss/blow/kernels/*.py src/percuss/simulate/kernels/*.py src/percuss/stability/*_kernels.py src/percuss/steady/periodic/kernels/*.py src/percuss/steady/self_excited/*_kernels.py src/percuss/mechanics/*_kernels.py) src/percuss/explore/tangent.py $(RUN)
 	@echo "compiling the kernels"
-	@if $(BIN)/python -c 'import sys; from percuss.cli.app import run; from percuss.web.workers import load; \
-	    drifter = ["valve-drifter", "--modes"]; sys.exit(not load() or run(["simulate", *drifter, "2"]) \
-	    or run(["sweep", *drifter, "0", "--x", "restitution=0:0.4:2"]))' > $(VENV)/kernels.log 2>&1; then touch $@; \
+	@if $(BIN)/python -c 'import sys; from percuss.web.workers import load; sys.exit(not load())' \
+	    > $(VENV)/kernels.log 2>&1; then touch $@; \
 	  else echo "the kernels could not be compiled; the tests will say more" >&2; fi

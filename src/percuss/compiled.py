@@ -293,9 +293,53 @@ def entry(function: Callable[..., Any]) -> Any:
 
 
 def _loaded(kept: Any, signature: Any, target: Any) -> Any:
-    """What is kept in the cache for a signature, or None; numba itself first gets ready to compile: that is slow."""
+    """What is kept for a signature, or None; numba itself first gets ready to compile: that is slow."""
     with kept._guard_against_spurious_io_errors():
-        return kept._load_overload(signature, target)
+        found = _brought(kept._cache_file).load(kept._index_key(signature, _Baseline)) if _serves() else None
+        return kept._load_overload(signature, target) if found is None else kept._impl.rebuild(target, found)
+
+
+# ---- Machine code that a wheel brings, made where it is built, for a baseline that most processors have
+
+BASELINE = "x86-64-v3"
+"""The name that LLVM and the psABI of x86-64 have for it: vectors of four numbers, products and sums in one."""
+
+BROUGHT = Path(__file__).parent / "machine_code"
+_HAS = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt", "sse4.2")
+
+
+class _Baseline:
+    """What numba asks a code generator for when it makes a key of its cache."""
+
+    @staticmethod
+    def magic_tuple() -> tuple[str, str, str]:
+        return _llvm.ll.get_process_triple(), BASELINE, ""
+
+
+@cache
+def _serves() -> bool:
+    """Whether there is machine code of the baseline, and this processor has it."""
+    has = _llvm.ll.get_host_cpu_features() if BROUGHT.is_dir() else {}
+    return all(has.get(name, False) for name in _HAS)
+
+
+def _brought(file: Any) -> Any:
+    """The same index among what the wheel brought, which holds for the numba and the sources that it was made with."""
+    found = type(file)(str(BROUGHT), file._index_name.removesuffix(".nbi"), file._source_stamp)
+    found._version = file._version
+    return found
+
+
+def is_compiled(function: Any) -> bool:
+    """Whether there is machine code of an `entry` for this processor; false where that cannot be told."""
+    from numba.core.registry import cpu_target
+
+    try:  # what numba calls its own; a test sees to it that this still answers
+        file, own = function._cache._cache_file, cpu_target.target_context.codegen().magic_tuple()
+        kept = [(file, own), *([(_brought(file), _Baseline.magic_tuple())] if _serves() else [])]
+        return any(key[1] == machine for index, machine in kept for key in index._load_index())
+    except Exception:
+        return False
 
 
 _TWINS: dict[Any, Any] = {}

@@ -4,47 +4,108 @@ from __future__ import annotations
 
 import os
 import pickle
+import platform
+import shlex
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 
 import percuss
+from percuss.compiled import BASELINE as BASELINE_NAME
 from percuss.compiled import sources_digest
 
 
-def answer(folder: Path) -> tuple[float, int]:
+def answer(folder: Path, cache: str = "cache", before: str = "", **target: str) -> tuple[float, int]:
     """What a function says that calls one of another file of the room, in its own process; and hits of the cache."""
-    environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    code = "from percuss.simulate.kernels.turned import turned; print(turned(0.25), len(turned.stats.cache_hits))"
+    environment = {**os.environ, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / cache), **target}
+    code = f"{before}\nfrom percuss.simulate.kernels.turned import turned; "
+    code += "print(turned(0.25), len(turned.stats.cache_hits))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
     found, hits = done.stdout.split()
     return float(found), int(hits)
 
 
-def test_a_change_in_another_file_is_seen(tmp_path: Path) -> None:
-    """numba itself would go on with the machine code of before: it looks at the date of a function's own file only."""
+HEAD = "from percuss.compiled import {0}\n"
+INNER = HEAD.format("inner") + "\n\n@inner\ndef doubled(x):\n    return {0} * x\n"
+
+
+def room_of(folder: Path) -> Path:
+    """A room of kernels of a copy of the package, with a function that calls one of another file."""
     source = Path(percuss.__file__).parent
-    shutil.copytree(source, tmp_path / "percuss", ignore=shutil.ignore_patterns("__pycache__", "page"))
-    room = tmp_path / "percuss" / "simulate" / "kernels"
-    head = "from percuss.compiled import {0}\n"
-    inner = head.format("inner") + "\n\n@inner\ndef doubled(x):\n    return {0} * x\n"
-    (room / "doubled.py").write_text(inner.format("2.0"))
+    shutil.copytree(source, folder / "percuss", ignore=shutil.ignore_patterns("__pycache__", "page"))
+    room = folder / "percuss" / "simulate" / "kernels"
+    (room / "doubled.py").write_text(INNER.format("2.0"))
     (room / "turned.py").write_text(
-        head.format("entry")
+        HEAD.format("entry")
         + "from percuss.simulate.kernels.doubled import doubled\n\n\n@entry\ndef turned(x):\n    return doubled(x)\n"
     )
+    return room
+
+
+def test_a_change_in_another_file_is_seen(tmp_path: Path) -> None:
+    """numba itself would go on with the machine code of before: it looks at the date of a function's own file only."""
+    room = room_of(tmp_path)
     assert answer(tmp_path) == (0.5, 0)
     assert answer(tmp_path) == (0.5, 1)
-    (room / "doubled.py").write_text(inner.format("3.0"))
+    (room / "doubled.py").write_text(INNER.format("3.0"))
     [index] = tmp_path.rglob("*turned*.nbi")
     with index.open("rb") as file:
         version = pickle.load(file)
     # what comes after the version may name classes that are no more
     index.write_bytes(pickle.dumps(version) + b"cpercuss.simulate.kernels.layout\nGone\n.")
     assert answer(tmp_path) == (0.75, 0)
+
+
+BASELINE = {"NUMBA_CPU_NAME": BASELINE_NAME, "NUMBA_CPU_FEATURES": ""}
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the baseline is of x86-64")
+def test_machine_code_that_was_brought_serves_its_sources_on_its_processors(tmp_path: Path) -> None:
+    room = room_of(tmp_path)
+    assert answer(tmp_path, "made", **BASELINE) == (0.5, 0)
+    brought = tmp_path / "percuss" / "machine_code"
+    brought.mkdir()
+    for file in (tmp_path / "made").rglob("*.nb[ci]"):
+        shutil.copy(file, brought)
+    assert answer(tmp_path, "empty") == (0.5, 1)
+    assert not list((tmp_path / "empty").rglob("*.nbc"))
+    told = "from percuss.compiled import is_compiled; from percuss.simulate.kernels.turned import turned; "
+    assert answer(tmp_path, "empty", told + "assert is_compiled(turned)") == (0.5, 1)
+    without = "import percuss.compiled as compiled; compiled._HAS = ('an instruction that it has not',)"
+    assert answer(tmp_path, "other", without) == (0.5, 0)
+    (room / "doubled.py").write_text(INNER.format("3.0"))
+    assert answer(tmp_path, "later") == (0.75, 0)
+
+
+COMMANDS = """steady mini-breaker; steady hydraulic-drifter --reach; steady valve-breaker; steady drill-string
+machine oil-drifter; machine valve-breaker; report hydraulic-drifter -o r.html; report valve-drifter -o v.html
+design valve-breaker --most blow_energy --vary bar.length=1100:1300mm --hammers 30; tolerance mini-breaker --samples 40
+compare hydraulic-drifter stepped-drifter; identify valve-drifter --pressure 175bar --flow '123 l/min' --rate 68Hz
+simulate mini-breaker; simulate valve-breaker; simulate oil-breaker; orbits mini-breaker --label 2/1
+follow mini-breaker --along restitution=0.05:0.3; diagram mini-breaker --along restitution=0.05:0.3:4
+blow hydraulic-drifter; sweep mini-breaker --x restitution=0:0.9:4 --quantity label,lyapunov
+sweep valve-breaker --x 'pressure=140:160 bar:3'; experiment mini-breaker --starts 10
+basins mini-breaker --x time=0:6.28:4 --y velocity=-6:-0.1:4 --at position=-0.5"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the baseline is of x86-64")
+def test_with_a_wheel_of_machine_code_no_command_compiles_anything(tmp_path: Path) -> None:
+    root = Path(__file__).parents[2]
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"]
+    made = {**os.environ, "PERCUSS_MACHINE_CODE": "1"}
+    subprocess.run([*pip, "-w", str(tmp_path), str(root)], check=True, capture_output=True, env=made)
+    [wheel] = tmp_path.glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(tmp_path / "lib")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "lib"), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for command in COMMANDS.replace("\n", ";").split(";"):
+        words = [sys.executable, "-m", "percuss", *shlex.split(command)]
+        subprocess.run(words, check=True, capture_output=True, env=environment, cwd=tmp_path)
+    assert not [file.name for file in (tmp_path / "cache").rglob("*.nbc")]
 
 
 def test_the_digest_is_of_all_files_of_the_room_and_of_the_functions_own(tmp_path: Path) -> None:

@@ -876,14 +876,8 @@ def _begun(
 
 
 def compiled() -> bool:
-    """Whether numba's cache holds the kernels for this processor; false where that cannot be told."""
-    from numba.core.registry import cpu_target
-
+    """Whether the kernels need not be compiled for this processor; false where that cannot be told."""
+    from percuss.compiled import is_compiled
     from percuss.simulate.kernels.motion import follow
 
-    try:  # what numba calls its own; a test sees to it that this still answers
-        index = follow._cache._cache_file._load_index()
-        machine = cpu_target.target_context.codegen().magic_tuple()
-        return any(key[1] == machine for key in index)
-    except Exception:
-        return False
+    return is_compiled(follow)

@@ -321,7 +321,7 @@ def _use_motions() -> None:
     case = load_case("mini-breaker").changed(simulation={"impacts": 2, "modes": 2})
     simulation_answer(case)
     experiment_job_of(case, 2, impacts=2).compute(0, 2, lambda *_: False)
-    lyapunov_exponent(case.system(), modes=2, impacts=20, discard=2)
+    lyapunov_exponent(case.system(), modes=2, impacts=200, discard=20)
 
 
 def _use_blows() -> None:
@@ -335,6 +335,7 @@ def _use_blows() -> None:
 
 def _use_machines() -> None:
     from percuss.case import load_case, simulation_answer, sweep_job_of
+    from percuss.case.answers.exploring.playback import machine_playback
     from percuss.explore import follow
     from percuss.explore.family import Axis
     from percuss.steady import self_excited_motion
@@ -343,8 +344,12 @@ def _use_machines() -> None:
     cycle = self_excited_motion(case.machine(), modes=1).cycle
     if cycle is not None:
         follow(cycle, "restitution", (0.0, 0.6), most=2)
-    simulation_answer(case.changed(simulation={"impacts": 2, "modes": 2}))
+    few = {"impacts": 2, "modes": 2}
+    simulation_answer(case.changed(simulation=few))
     sweep_job_of(case, [Axis.linear("load.scale", 0.9, 1.1, 2)], ["stall"], modes=0).compute(0, 2, lambda: False)
+    oil = load_case("oil-drifter")
+    simulation_answer(oil.changed(simulation=few))
+    machine_playback(oil, modes=1, points=2, whole=False)
 
 
 def _use_orbits() -> None:
