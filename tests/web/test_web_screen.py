@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -11,8 +11,11 @@ pytest.importorskip("fastapi")
 
 from playwright.sync_api import Page, expect
 
-from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES
+from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES, machine_text
 from web_desk import Desk, came, figure, finished, held, knows, let_go, settled, slide, until
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 pytestmark = pytest.mark.browser
 
@@ -280,6 +283,29 @@ def test_designs_are_undone_and_done_again_a_gesture_at_a_time(desk: Desk) -> No
         until(page, f"document.querySelector('#machine').value === '{after[0]}'")
         assert design(page) == after
     expect(page.locator("#redo")).to_be_disabled()
+
+
+def test_undo_in_an_own_case_leaves_what_its_changes_are_of(desk: Desk, tmp_path: Path) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text(machine_text("mini-breaker"), encoding="utf-8")
+    page = desk.open("panel=case&machine=heavy-breaker")
+    page.set_input_files("#upload-toml", path)
+    page.click("#drawer-close")
+    begun = design(page)
+    expect(page.locator("#changes")).to_be_hidden()
+    for field, value in (("#slide-restitution-value", "0.27"), (LENGTH, "400 mm")):
+        typed(page, field, value)
+        settled(page)
+    expect(page.locator("#changes li")).to_have_count(2)
+    page.click("#undo")
+    expect(page.locator("#changes li")).to_have_count(1)
+    page.reload()
+    expect(page.locator("#changes li")).to_have_count(1)
+    page.click("#undo")
+    expect(page.locator("#changes")).to_be_hidden()
+    assert design(page) == begun
+    page.click("#redo")
+    expect(page.locator("#changes li")).to_have_count(1)
 
 
 def test_changes_are_taken_back_one_by_one_or_all(desk: Desk) -> None:

@@ -1,6 +1,6 @@
 // The force between the faces and on the rock over time, and where the energy is.
 
-import { h, put } from "../core/dom.js";
+import { div, h, put } from "../core/dom.js";
 import { inUnit, number, percent, scaleOf, si } from "../core/format.js";
 import { Chart, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
@@ -26,8 +26,8 @@ export function blowCharts() {
   parts.force = new Chart("Force over time");
   parts.bars = h("div", { class: "shares energies", id: "blow-energies" });
   parts.shares = h("p", { class: "small", id: "blow-shares" });
-  const energies = h("div", { class: "card" }, h("h2", {}, "Where the energy is"), parts.bars, parts.shares);
-  return h("div", { class: "grid" }, h("div", { class: "card" }, parts.force.figure), energies);
+  const energies = div("card", h("h2", {}, "Where the energy is"), parts.bars, parts.shares);
+  return div("grid", div("card", parts.force.figure), energies);
 }
 
 /** @param {Blow} blow @returns {Units} */
@@ -59,12 +59,12 @@ export function drawBlow(blow, { time, force }) {
   const known = (/** @type {string} */ name) =>
     name.includes("rock") ? blow.rod?.rock : name !== "energy_rod" || blow.rod;
   const places = Object.entries(ENERGIES).filter(([name]) => known(name));
-  bars = places.map(([name]) => ({ name, fill: h("div", { class: "fill" }), text: h("span", { class: "n" }) }));
+  bars = places.map(([name]) => ({ name, fill: div("fill"), text: h("span", { class: "n" }) }));
   put(
     parts.bars,
     bars.map(({ fill, text }, i) => {
       const track = h("div", { class: "track", "aria-hidden": "true" }, fill);
-      return h("div", { class: "share" }, h("span", {}, places[i][1]), track, text);
+      return div("share", h("span", {}, places[i][1]), track, text);
     }),
   );
 }

@@ -1,6 +1,6 @@
 // Sliders for the sizes of striker and tool, the rock, and the speed: keys of the case.
 
-import { h, put, settled } from "../core/dom.js";
+import { div, h, put, settled } from "../core/dom.js";
 import { plainNumber, quantity, withUnit } from "../core/format.js";
 import { steps, valueAt, withKey } from "../core/moves.js";
 import { whenever } from "../core/signals.js";
@@ -34,10 +34,9 @@ export function blowSliders(moved) {
       put(
         card,
         h("h2", {}, "Striker, tool and rock"),
-        h("div", { class: "row" }, whatIsStruck("blow-struck")),
-        h(
-          "div",
-          { class: "grid sizes" },
+        div("row", whatIsStruck("blow-struck")),
+        div(
+          "grid sizes",
           made.map(({ box }) => box),
         ),
       );
@@ -129,8 +128,8 @@ function slider(key, words, unit) {
     say(value);
   };
   follow();
-  const head = h("div", { class: "head" }, h("label", { for: id }, words), output);
-  return { box: h("div", { class: "slider" }, head, input), follow };
+  const head = div("head", h("label", { for: id }, words), output);
+  return { box: div("slider", head, input), follow };
 }
 
 /** The case with what the sliders have moved since it was last set. @returns {Tables} */

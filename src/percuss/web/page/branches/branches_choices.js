@@ -1,6 +1,6 @@
 // What is followed, through which parameter and how far: the row of choices above the diagram.
 
-import { button, h, labelled, put, select } from "../core/dom.js";
+import { button, div, h, labelled, put, select } from "../core/dom.js";
 import { inUnit } from "../core/format.js";
 import { present, rangeOf, rangeText } from "../core/moves.js";
 import { rangeEnds } from "../core/range_ends.js";
@@ -87,7 +87,7 @@ export function startChoices(row, searched) {
     const sizes = modes().map((n) => [n, n ? String(n) : "0: rigid"]);
     put(
       row,
-      h("div", { class: "axis" }, through, labelled("from", ends.from), labelled("to", ends.to)),
+      div("axis", through, labelled("from", ends.from), labelled("to", ends.to)),
       pick("up", "Up", ways, rising()),
       pick("depth", "Go on at flips", depths, view.depth),
       pick("modes", isHeld() ? "Modes, at most" : "Elastic modes", sizes, view.bmodes),

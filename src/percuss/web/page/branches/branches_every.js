@@ -4,7 +4,7 @@
 import { motionOf } from "./branches_picture.js";
 import { sameBranch, tracedBranch } from "./branches_rows.js";
 import { Part } from "./branches_stream.js";
-import { h, put, select } from "../core/dom.js";
+import { div, h, put, select } from "../core/dom.js";
 import { percent } from "../core/format.js";
 import { data, show, view } from "../core/state.js";
 import { familyOf, theme } from "../pictures/colours.js";
@@ -61,7 +61,7 @@ export function everyRows(more, repaint) {
   };
   const dots = h("label", { class: "check" }, parts.simulate, " what simulations settle on, as dots");
   const row = (/** @type {HTMLElement} */ control, /** @type {Part} */ { bar, words }) =>
-    h("div", { class: "row middle map-status" }, control, bar, words);
+    div("row middle map-status", control, bar, words);
   return [row(choice, parts.every), row(dots, parts.settled)];
 }
 

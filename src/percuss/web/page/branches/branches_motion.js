@@ -1,7 +1,7 @@
 // The motion at a place of a branch: the bar in slow motion with each blow heard, and what there is to say of the orbit.
 
 import { postBinary } from "../core/api.js";
-import { $, button, h, latest, movesByItself, problem, put } from "../core/dom.js";
+import { $, button, div, h, latest, movesByItself, problem, put } from "../core/dom.js";
 import { angle, counted, few, number, si, withUnit } from "../core/format.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 import { tr } from "../core/words.js";
@@ -41,8 +41,8 @@ export function motionCard(carry) {
   const id = { id: "branches-carry", ".disabled": true };
   parts.carry = button("Move the hammer here", () => carry(parts.value), id);
   parts.rows = h("div", {}, parts.player.rows());
-  const below = h("div", { class: "row" }, parts.carry, parts.status);
-  return h("div", { class: "card stage" }, canvas, parts.rows, parts.facts, below);
+  const below = div("row", parts.carry, parts.status);
+  return div("card stage", canvas, parts.rows, parts.facts, below);
 }
 
 export const toggleBranch = () => parts.player.toggle();

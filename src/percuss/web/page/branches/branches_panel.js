@@ -2,7 +2,7 @@
 // and sounds the motion there; the place can be dragged along it, or moved by the arrow keys.
 
 import { post } from "../core/api.js";
-import { framed, h, latest, problem, put, settled } from "../core/dom.js";
+import { div, framed, h, latest, problem, put, settled } from "../core/dom.js";
 import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
 import { effect, whenever } from "../core/signals.js";
@@ -43,26 +43,19 @@ export function start(section) {
   chart = new Chart("Branches of motions", { kind: "map", role: "application", about: "Branches of motions" });
   const { canvas, figure } = chart;
   Object.assign(canvas, { tabIndex: 0, id: "branches" });
-  parts.choice = h("div", { class: "row" });
+  parts.choice = div("row");
   parts.readout = h("p", { class: "small", id: "branches-readout", "aria-live": "polite" });
   parts.status = h("p", { class: "small muted", id: "branches-status", role: "status" });
   parts.events = h("div", { class: "card scroll", id: "branches-events" });
   parts.found = h("div", { class: "card scroll", id: "branches-found" });
-  const picture = h(
-    "div",
-    { class: "card" },
+  const picture = div(
+    "card",
     figure,
     parts.readout,
     everyRows(more, () => repaint()),
     parts.status,
   );
-  put(
-    section,
-    h("div", { class: "card" }, parts.choice),
-    parts.found,
-    h("div", { class: "grid" }, picture, motionCard(carry)),
-    parts.events,
-  );
+  put(section, div("card", parts.choice), parts.found, div("grid", picture, motionCard(carry)), parts.events);
   pointer(canvas);
   section.addEventListener("keydown", keys);
   whenever(

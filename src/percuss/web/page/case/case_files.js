@@ -1,7 +1,7 @@
 // Files that become a case: TOML, and measured histories of the load.
 
 import { post, problemsOf, saidOf, upload } from "../core/api.js";
-import { button, facts, h, put } from "../core/dom.js";
+import { button, div, facts, h, labelled, put } from "../core/dom.js";
 import { number, percent, withUnit } from "../core/format.js";
 import { signal } from "../core/signals.js";
 import { data, setTables, show, view } from "../core/state.js";
@@ -44,11 +44,10 @@ export function filesCard() {
   const option = (/** @type {string} */ name, /** @type {string} */ label, /** @type {string} */ hint) => {
     const input = h("input", { type: "text", "data-history": name, placeholder: hint });
     options.push(input);
-    return h("label", { class: "pick" }, label, input);
+    return labelled(label, input);
   };
-  const fields = h(
-    "div",
-    { class: "fields" },
+  const fields = div(
+    "fields",
     option("area", "Piston area", "for a pressure: 6.5 cm^2"),
     option("unit", "Unit", "when the header has none: MPa"),
     option("column", "Column", "name or number"),
@@ -64,9 +63,8 @@ export function filesCard() {
   );
   const picker = (/** @type {HTMLInputElement} */ input, /** @type {string} */ words) =>
     h("p", {}, h("label", { for: input.id }, words), h("br"), input);
-  return h(
-    "div",
-    { class: "card" },
+  return div(
+    "card",
     h("h2", {}, "Files"),
     picker(toml, "A case as TOML; if it names a recording, pick both files"),
     h("p", { class: "small muted" }, "Files can also be dropped anywhere on the page."),

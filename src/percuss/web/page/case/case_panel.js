@@ -1,7 +1,7 @@
 // The case: every value with its unit and its problem beside it, files in and out, SI or dimensionless.
 
 import { post, saidOf } from "../core/api.js";
-import { button, download, facts, h, put, segments, select } from "../core/dom.js";
+import { button, div, download, facts, h, put, segments, select } from "../core/dom.js";
 import { number, si, withUnit } from "../core/format.js";
 import { effect, whenever } from "../core/signals.js";
 import { data, fileName, setTables, view } from "../core/state.js";
@@ -31,16 +31,15 @@ export function start(place) {
   const inSI = button("SI", toPhysical, { id: "form-si" });
   const plain = button("Dimensionless", toPlain, { id: "form-plain" });
   const before = h("p", { class: "note", id: "case-before" });
-  const follows = h("div", { class: "card" });
+  const follows = div("card");
   files = filesCard();
   put(
     place,
-    h(
-      "div",
-      { class: "card row middle" },
+    div(
+      "card row middle",
       h("h2", { class: "grow" }, "The case"),
       segments("Form of the case", inSI, plain),
-      h("div", { class: "row" }, button("Download TOML", save, { id: "case-download" })),
+      div("row", button("Download TOML", save, { id: "case-download" })),
     ),
     general,
     before,
@@ -125,7 +124,7 @@ function inSI(tables) {
     group("Bar", uniformOrSections(tables), fields([...FIELDS.title, ...sizes].map(field), dampingFields(tables))),
     load(tables),
     sectioned(tables) && sectionsTable(tables),
-    h("div", { class: "stack" }, group("Contact", fields(FIELDS.contact.map(field), strainField(tables))), files),
+    div("stack", group("Contact", fields(FIELDS.contact.map(field), strainField(tables))), files),
   ];
 }
 
@@ -133,7 +132,7 @@ function inSI(tables) {
 function inPlainNumbers(tables) {
   const inside = [[...FIELDS.title, ...FIELDS.system].map(field), dampingFields(tables), strainField(tables)];
   return [
-    h("div", { class: "stack" }, group("System", uniformOrSections(tables), fields(inside)), files),
+    div("stack", group("System", uniformOrSections(tables), fields(inside)), files),
     load(tables),
     sectioned(tables) && sectionsTable(tables),
   ];
@@ -151,13 +150,13 @@ function held(tables) {
   const { title, held, modes, mounted } = FIELDS;
   const wall = system ? FIELDS.system[1] : FIELDS.contact[0];
   const own = [...title, ...held, ...(modal ? modes : [...mounted, ...mass]), wall];
-  return [h("div", { class: "stack" }, group("Structure", hint(words), fields(own.map(field))), files), load(tables)];
+  return [div("stack", group("Structure", hint(words), fields(own.map(field))), files), load(tables)];
 }
 
 /** @param {string} title @param {Child[]} inside */
 const group = (title, ...inside) => h("fieldset", {}, h("legend", {}, title), inside);
 /** @param {Child[]} inside */
-const fields = (...inside) => h("div", { class: "fields" }, inside);
+const fields = (...inside) => div("fields", inside);
 /** @param {string} words */
 const hint = (words) => h("p", { class: "hint small muted" }, words);
 
@@ -171,7 +170,7 @@ function blow(tables) {
   const own = group(
     "One blow",
     hint("What the bar strikes, for the panel Blow."),
-    h("div", { class: "row" }, whatIsStruck("field-struck")),
+    div("row", whatIsStruck("field-struck")),
     ["tool.kind", "tool.end", "tool", "rock", "blow"].map(problemOf),
     fields(struckFields(tables, struckNow(/** @type {any} */ (tables))).map(field)),
   );
@@ -186,7 +185,7 @@ function load(tables) {
   const change = (/** @type {string} */ value) => setTables({ ...data.tables, load: changedLoad(data.tables, value) });
   return group(
     "Load",
-    h("div", { class: "row" }, select("Kind", known, kind, change, { id: "field-load-kind" })),
+    div("row", select("Kind", known, kind, change, { id: "field-load-kind" })),
     problemOf("load.kind"),
     kind === "fourier" && coefficients(tables.load.coefficients),
     kind === "valve"
@@ -244,9 +243,8 @@ function whatFollows({ bar, body, first_mode: mode, system: clock, plain, laws, 
   const part = (/** @type {string} */ title, /** @type {Child} */ what) => h("div", {}, h("h3", {}, title), what);
   return [
     h("h2", {}, "What follows from the case"),
-    h(
-      "div",
-      { class: "grid" },
+    div(
+      "grid",
       bar && part("The machine", machine()),
       part("In plain numbers", numbers),
       history && h("div", {}, recording(history, notes)),

@@ -3,7 +3,7 @@
 
 import { joined, meanAndAmplitude, otherLoad, typed, unitOf } from "./fields.js";
 import { field, input, problemOf } from "./form_fields.js";
-import { button, h } from "../core/dom.js";
+import { button, div, h } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
 import { steps } from "../core/moves.js";
 import { data, setKey } from "../core/state.js";
@@ -24,18 +24,15 @@ export function coefficients(found) {
   };
   const name = (/** @type {number} */ k) => [...String(k)].map((c) => "₀₁₂₃₄₅₆₇₈₉"[Number(c)]).join("");
   const head = (/** @type {string} */ words) => h("span", { class: "small muted" }, words);
-  return h(
-    "div",
-    { class: "field" },
-    h(
-      "div",
-      { class: "coefficients" },
+  return div(
+    "field",
+    div(
+      "coefficients",
       [h("span"), head("real"), head("imaginary")],
       pairs.map((_, k) => [h("span", {}, k ? `p${name(k)}` : "p₀, mean"), box(k, 0), box(k, 1)]),
     ),
-    h(
-      "div",
-      { class: "row" },
+    div(
+      "row",
       button("Add a harmonic", () => set([...now(), [0, 0]])),
       button("Remove the last", () => set(now().slice(0, -1)), { ".disabled": pairs.length < 3 }),
     ),
@@ -91,7 +88,7 @@ export function valveFields(load) {
   const rows = valveKeys(load).map((key) => field([key, ...words(key)]));
   const tables = ["load.states", "load.ports", "load.chamber"].map(problemOf);
   const hint = "The piston switches the states by the ports that it passes; no clock. Answered in the panel Machine.";
-  return [h("p", { class: "hint small muted" }, hint), tables, h("div", { class: "fields" }, rows)];
+  return [h("p", { class: "hint small muted" }, hint), tables, div("fields", rows)];
 }
 
 /** The label and the hint of a key. @param {string} key @returns {[string, string]} */

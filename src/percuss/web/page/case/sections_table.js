@@ -1,7 +1,7 @@
 // The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI
 // their sizes and materials, in plain numbers their impedances and transit times.
 
-import { button, h, menu, segments, table } from "../core/dom.js";
+import { button, div, h, menu, segments, table } from "../core/dom.js";
 import { idOf, input, problemOf } from "./form_fields.js";
 import { plainNumber, quantity } from "../core/format.js";
 import { flush } from "../core/signals.js";
@@ -171,9 +171,9 @@ function tableOf(chain, tables) {
     { class: "wide", id },
     h("legend", {}, chain.legend),
     h("p", { class: "hint small muted", id: `${id}-hint` }, chain.hint),
-    h("div", { class: "scroll" }, table(heads, rows, { class: "sections", "aria-describedby": `${id}-hint` })),
+    div("scroll", table(heads, rows, { class: "sections", "aria-describedby": `${id}-hint` })),
     lists.map(problemOf),
-    h("div", { class: "row" }, button("Add a section", add, { id: `${id}-add` })),
+    div("row", button("Add a section", add, { id: `${id}-add` })),
   );
 }
 
@@ -207,9 +207,8 @@ function row({ form, columns, id, rows, set, who, ends }, i, count) {
     focusFirst(`${id}-remove-${Math.min(i, count - 2)}`, `${id}-add`);
   };
   const own = `${who.toLowerCase()} ${i + 1}`;
-  const moves = h(
-    "div",
-    { class: "row" },
+  const moves = div(
+    "row",
     button("↑", swap(i - 1), told("up", `Move ${own} toward the ${ends[0]}`, i === 0)),
     button("↓", swap(i + 1), told("down", `Move ${own} toward the ${ends[1]}`, i === count - 1)),
     button("×", remove, told("remove", `Remove ${own}`, count === 1)),

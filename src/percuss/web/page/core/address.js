@@ -64,7 +64,7 @@ function read(key, text) {
 
 /** Read the address into `view`. The case that it stands for, {info?, tables}, with `info` when a machine is behind it;
  * without a case in the address the one that is `served`, else the machine `fallback`; `base` is the case before the
- * changes that the address tells. @param {string} text @param {string} fallback @param {() => Promise<any>} served */
+ * changes that the address tells, of an own case the one that its step of the history keeps. @param {string} text @param {string} fallback @param {() => Promise<any>} served */
 export async function fromAddress(text, fallback, served) {
   const words = new URLSearchParams([location.search.slice(1), text.replace(/^#/, "")].filter(Boolean).join("&"));
   /** @type {[string, string][]} */
@@ -95,7 +95,7 @@ export async function fromAddress(text, fallback, served) {
     const inside = tables[table];
     if (inside && !Object.keys(inside).length) delete tables[table];
   }
-  return { info, tables, base: info?.tables ?? tables };
+  return { info, tables, base: info?.tables ?? (history.state?.base === undefined ? tables : history.state.base) };
 }
 
 /** @param {string} text @param {number} otherwise */
@@ -132,7 +132,8 @@ function begins({ type, target, key, repeat }) {
 }
 
 /** Number the entry of the browser's history that is shown. */
-const keepStep = (/** @type {number} */ number) => history.replaceState({ step: (step = number) }, "");
+const keepStep = (/** @type {number} */ number) =>
+  history.replaceState({ ...history.state, step: (step = number) }, "");
 
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
@@ -155,7 +156,8 @@ export function writeAddress() {
   const another = design !== told.design && gesture !== told.gesture && location.hash;
   if (another) last = step += 1;
   if (design !== told.design) told = { gesture, design };
-  history[another ? "pushState" : "replaceState"]({ step }, "", text);
+  const base = view.machine ? undefined : data.base;
+  history[another ? "pushState" : "replaceState"]({ step, base }, "", text);
   sessionStorage.setItem("percuss-steps", String(last));
   tellSteps();
 }

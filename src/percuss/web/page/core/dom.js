@@ -28,6 +28,9 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** A box: an element of a class around others. @param {string} name @param {Child[]} children */
+export const div = (name, ...children) => h("div", { class: name }, ...children);
+
 /** Attributes with words in them. */
 const SAID = new Set(["title", "aria-label", "aria-valuetext", "placeholder", "label", "alt"]);
 

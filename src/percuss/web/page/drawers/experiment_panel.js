@@ -1,7 +1,7 @@
 // Random starts, followed until their motions are found: the shares of the attractors fill up while they come in.
 
 import { saveFile } from "../core/api.js";
-import { $, button, h, labelled, put, select } from "../core/dom.js";
+import { $, button, div, h, labelled, put, select } from "../core/dom.js";
 import { counted, number, percent } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import { data, fileName, show, view } from "../core/state.js";
@@ -39,15 +39,8 @@ export function start(place) {
     "Where does the motion end up from a random start? Bars: the share of the starts; dark lines: its 95 % interval.";
   put(
     place,
-    h(
-      "div",
-      { class: "card" },
-      h("h2", {}, "Random starts"),
-      h("p", { class: "muted small" }, words),
-      form,
-      question.problem,
-    ),
-    h("div", { class: "card" }, question.bar, question.status, shares, files),
+    div("card", h("h2", {}, "Random starts"), h("p", { class: "muted small" }, words), form, question.problem),
+    div("card", question.bar, question.status, shares, files),
   );
   effect(() => {
     if (!data.about) return;
@@ -129,9 +122,9 @@ function fillShares(list) {
   put(
     shares,
     ranked.map(({ label, share, interval, low = interval?.[0], high = interval?.[1] }) => {
-      const fill = h("div", { class: "fill" });
+      const fill = div("fill");
       fill.style.width = `${100 * share}%`;
-      const range = h("div", { class: "range" });
+      const range = div("range");
       if (low !== undefined) Object.assign(range.style, { left: `${100 * low}%`, width: `${100 * (high - low)}%` });
       const within = low === undefined ? "" : ` (${number(100 * low, 3)} to ${number(100 * high, 3)} %)`;
       return h(

@@ -2,7 +2,7 @@
 // measured blows, and its fatigue. Each answer is a sentence, its pictures and its tables, as a command gives them.
 
 import { differences } from "../core/address.js";
-import { button, h, labelled, put, select, table } from "../core/dom.js";
+import { button, div, h, labelled, put, select, table } from "../core/dom.js";
 import { effect, whenever } from "../core/signals.js";
 import { data, setTables, show, view } from "../core/state.js";
 import { LongQuestion } from "./long_question.js";
@@ -58,8 +58,8 @@ export function start(place) {
   const form = h("form", { id: "hammer-form", onsubmit });
   put(
     place,
-    h("div", { class: "card" }, h("h2", {}, "Questions about the whole hammer"), form, question.problem),
-    h("div", { class: "card" }, question.bar, question.status, answer),
+    div("card", h("h2", {}, "Questions about the whole hammer"), form, question.problem),
+    div("card", question.bar, question.status, answer),
   );
   const names = () => data.info.parameters.map((/** @type {Parameter} */ { name }) => name);
   whenever(
@@ -68,7 +68,7 @@ export function start(place) {
       const questions = Object.entries(QUESTIONS).map(([name, { name: words }]) => [name, words]);
       const pick = select("Question", questions, asking(), (ask) => show({ ask }), { id: "hammer-question" });
       const fields = QUESTIONS[asking()].fields.map((name) => FIELDS[name]());
-      put(form, h("div", { class: "row" }, pick), fields, h("div", { class: "row" }, question.go, question.cancel));
+      put(form, div("row", pick), fields, div("row", question.go, question.cancel));
     },
   );
   effect(() => {
@@ -126,7 +126,7 @@ function lines(name, label, example, add, kept = name) {
     area.focus();
   };
   const adding = add && select(add.label, [["", "…"], ...add.options], "", more, { id: `${id}-add` });
-  return h("div", { class: "lines" }, labelled(label, area), adding);
+  return div("lines", labelled(label, area), adding);
 }
 
 /** @returns {import("../core/dom.js").Options} */
@@ -141,9 +141,8 @@ const FIELDS = {
     const sense = (/** @type {string} */ word) => (chosen.greatest = word === "most");
     const figure = (/** @type {string} */ name) => (chosen.figure = name);
     const senses = ["most", "least"].map((word) => [word, word]);
-    return h(
-      "div",
-      { class: "row" },
+    return div(
+      "row",
       select("The", senses, chosen.greatest ? "most" : "least", sense, { id: "hammer-sense" }),
       select("Figure", figures(), chosen.figure, figure, { id: "hammer-figure" }),
     );

@@ -1,7 +1,7 @@
 // What it means in joules, hertz, metres per second and megapascals, as cards; and the report as one file.
 
 import { saveFile } from "../core/api.js";
-import { button, h, put } from "../core/dom.js";
+import { button, div, h, put } from "../core/dom.js";
 import { angle, number, percent, scaleOf } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import {
@@ -21,7 +21,7 @@ import {
 
 /** @param {HTMLElement} place */
 export function start(place) {
-  const head = h("div", { class: "card" });
+  const head = div("card");
   const cards = h("div", { class: "cards", id: "report-cards" });
   const rest = h("div", { class: "card", id: "report-rest" });
   const status = h("p", { class: "small muted", role: "status", id: "report-status" });
@@ -41,13 +41,7 @@ export function start(place) {
   const tick = h("label", { class: "row middle" }, simulated, "include a simulation from the case's start");
   const words =
     "One file with the answer, a drawing, the figures and the blow, to print and sign; readable without this server.";
-  const files = h(
-    "div",
-    { class: "card" },
-    h("div", { class: "row middle" }, buttons, tick),
-    h("p", { class: "small muted" }, words),
-    status,
-  );
+  const files = div("card", div("row middle", buttons, tick), h("p", { class: "small muted" }, words), status);
   put(place, head, cards, rest, files);
   effect(() => {
     if (view.panel !== "report" || !data.tables) return;
@@ -96,9 +90,9 @@ const card = (name, value, unit, about, attributes = {}) =>
   h(
     "div",
     { class: "card", ...attributes },
-    h("div", { class: "name" }, name),
-    h("div", { class: "value" }, value, unit && h("small", {}, unit)),
-    h("div", { class: "small muted" }, about),
+    div("name", name),
+    div("value", value, unit && h("small", {}, unit)),
+    div("small muted", about),
   );
 
 const SCALED = new Set(["J", "W", "m", "Pa", "s", "N"]);

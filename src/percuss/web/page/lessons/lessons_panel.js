@@ -1,6 +1,6 @@
 // The lessons: a list with what has been reached, and a strip beside the stage while one is under way, always as high.
 
-import { $, h, put } from "../core/dom.js";
+import { $, button, div, h, put } from "../core/dom.js";
 import { quantity } from "../core/format.js";
 import { valueAt } from "../core/moves.js";
 import { effect, flush, store } from "../core/signals.js";
@@ -37,11 +37,7 @@ function reachedBefore() {
 /** @param {HTMLElement} place */
 export function start(place) {
   const cards = LESSONS.map((lesson, i) => {
-    const button = h(
-      "button",
-      { type: "button", class: "main", "aria-label": `Begin lesson ${i + 1}`, onclick: () => play(i + 1, 1) },
-      "Begin",
-    );
+    const named = { class: "main", "aria-label": `Begin lesson ${i + 1}` };
     const done = h("span", { class: "done small muted" });
     const number = h("div", { class: "no", "aria-hidden": "true" }, i + 1);
     return h(
@@ -50,7 +46,11 @@ export function start(place) {
       number,
       h("h3", {}, lesson.title),
       h("p", { class: "muted" }, lesson.goal),
-      h("div", { class: "row middle" }, button, done),
+      div(
+        "row middle",
+        button("Begin", () => play(i + 1, 1), named),
+        done,
+      ),
     );
   });
   put(
@@ -144,9 +144,6 @@ function judge() {
 }
 
 const CHOOSE = "Press a scene: it sets the case, and says what to try.";
-/** @param {string} words @param {() => void} onclick @param {object} [more] */
-const button = (words, onclick, more) => h("button", { type: "button", onclick, ...more }, words);
-
 function strip() {
   const box = $("#lesson-strip");
   const lesson = LESSONS[view.lesson - 1];
@@ -184,9 +181,8 @@ function strip() {
     $("#lesson-head"),
     h("h2", { title: lesson.goal }, `${view.lesson} ${lesson.title}`),
     h("div", { class: "try", role: "group", "aria-label": "Scenes" }, lesson.scenes.map(tab)),
-    h(
-      "div",
-      { class: "try" },
+    div(
+      "try",
       next && button(last ? "Next lesson" : "Next", next, { id: "lesson-next" }),
       button("Projector", () => show({ projector: view.projector ? 0 : 1 }), {
         id: "projector",
@@ -237,9 +233,8 @@ function ask(scene, question) {
       box,
       told(predict, said),
       question &&
-        h(
-          "div",
-          { class: "try" },
+        div(
+          "try",
           button("One question", () => say({ asking: true }), { id: "lesson-question" }),
         ),
     );

@@ -2,7 +2,7 @@
 // pressure; or what keeps it from running.
 
 import { saidOf } from "../core/api.js";
-import { facts, framed, h, movesByItself, put, table } from "../core/dom.js";
+import { div, facts, framed, h, movesByItself, put, table } from "../core/dom.js";
 import { number, percent, si, withUnit } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import { data, switchesItself, unhurried, view } from "../core/state.js";
@@ -50,7 +50,7 @@ export function startMachine() {
   effect(want);
   effect(words, unhurried);
   document.addEventListener("visibilitychange", () => document.hidden && player.stop());
-  const choice = h("div", { class: "row middle" }, picks);
+  const choice = div("row middle", picks);
   const details = [choice, form, parts.sentence, parts.scale, rest, parts.facts];
   return {
     stage: [h("div", { class: "stage", id: "machine-in-sight" }, canvas, parts.obstacle), player.rows()],

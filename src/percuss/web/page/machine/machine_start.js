@@ -2,7 +2,7 @@
 
 import { typed } from "../case/fields.js";
 import { postBinary, problemsOf, said } from "../core/api.js";
-import { button, fieldOf, h, latest, put, segments } from "../core/dom.js";
+import { button, div, fieldOf, h, latest, put, segments } from "../core/dom.js";
 import { plainNumber } from "../core/format.js";
 import { signal } from "../core/signals.js";
 import { data, setStart, show, view } from "../core/state.js";
@@ -33,7 +33,7 @@ export function machineSource() {
     return fieldOf(parts.inputs[key], label, hint, null, "start");
   });
   const draw = button("Draw a start", drawStart, { id: "machine-start-draw" });
-  parts.form = h("div", { class: "row start" }, fields, draw, parts.problem);
+  parts.form = div("row start", fields, draw, parts.problem);
   return { picks: segments("Which motion", Object.values(parts.picks)), form: parts.form };
 }
 

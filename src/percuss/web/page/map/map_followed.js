@@ -5,7 +5,7 @@ import { beginning } from "../branches/branches_choices.js";
 import { EVENTS } from "../branches/branches_picture.js";
 import { Part } from "../branches/branches_stream.js";
 import { theme } from "../pictures/colours.js";
-import { h, put } from "../core/dom.js";
+import { div, h, put } from "../core/dom.js";
 import { percent } from "../core/format.js";
 import { present } from "../core/moves.js";
 import { signal } from "../core/signals.js";
@@ -56,7 +56,7 @@ export function followedRow() {
   };
   part = new Part({ id: "map-followed", path: "follow/curves", begun: "Following …", told });
   const label = h("label", { class: "check" }, box, " what happens to ", motion, ", as curves");
-  return h("div", { class: "row middle map-status" }, label, part.bar, part.words);
+  return div("row middle map-status", label, part.bar, part.words);
 }
 
 function words() {

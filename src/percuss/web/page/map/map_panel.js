@@ -5,7 +5,7 @@ import { blowsInset } from "./blows_inset.js";
 import { Chart } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
 import { post, problemsOf, saidOf } from "../core/api.js";
-import { framed, h, latest, problem, put, settled } from "../core/dom.js";
+import { div, framed, h, latest, problem, put, settled } from "../core/dom.js";
 import { number, plainNumber, si } from "../core/format.js";
 import { axis, keptRanges, labelOf, parameter, ready, startChoices, told } from "./map_axes.js";
 import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_followed.js";
@@ -51,11 +51,11 @@ let since = 0; // the last change of the case that made the map another
 export function startMap(place) {
   Object.assign(canvas, { tabIndex: 0, id: "map" });
   bar.hidden = true;
-  const above = h("div", { class: "axes" });
-  const below = h("div", { class: "axes across" });
-  const progress = h("div", { class: "map-status" }, status, bar);
-  const words = h("div", { class: "map-words" }, readout, progress, followedRow());
-  put(place, h("div", { class: "axes-row" }, above, chart.saving), chart.figure, below, chart.key, words);
+  const above = div("axes");
+  const below = div("axes across");
+  const progress = div("map-status", status, bar);
+  const words = div("map-words", readout, progress, followedRow());
+  put(place, div("axes-row", above, chart.saving), chart.figure, below, chart.key, words);
   chart.figure.append(tip, blowsInset());
   startChoices(above, below);
   pointer();

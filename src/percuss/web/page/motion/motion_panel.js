@@ -2,7 +2,7 @@
 // steady motion, or of a simulation from any start. Each blow is heard when sound is on.
 
 import { postBinary } from "../core/api.js";
-import { button, framed, h, latest, movesByItself, problem, put, settled } from "../core/dom.js";
+import { button, div, framed, h, labelled, latest, movesByItself, problem, put, settled } from "../core/dom.js";
 import { counted, number, plainNumber, si, withUnit } from "../core/format.js";
 import { effect, signal, whenever } from "../core/signals.js";
 import {
@@ -71,7 +71,7 @@ let ruled = -1; // of which change of the case its law is
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMotion() {
   const { history, portrait, poincare } = charts;
-  const portraits = h("div", { class: "grid" }, portrait, poincare);
+  const portraits = div("grid", portrait, poincare);
   whenever(() => data.quick?.changed, law);
   effect(() => stage.beside("A", data.pinned?.model, data.pinned?.orbit));
   effect(() => stage.beside("there", data.ghost?.model, data.ghost?.orbit));
@@ -88,10 +88,10 @@ export function startMotion() {
   });
   effect(() => void (told.value && drawCharts(told.value.motion, told.value.units)));
   document.addEventListener("visibilitychange", () => document.hidden && stage.pause());
-  const stretch = [h("label", { class: "pick" }, h("span", {}, "Stretch "), grow), grown];
-  const details = [sourceCard(status), status, h("div", { class: "row" }, stretch), facts, portraits, instantaneous];
+  const stretch = [labelled("Stretch", grow), grown];
+  const details = [sourceCard(status), status, div("row", stretch), facts, portraits, instantaneous];
   return {
-    stage: [h("div", { class: "stage" }, canvas, contactInset()), player.rows()],
+    stage: [div("stage", canvas, contactInset()), player.rows()],
     strip: [history, strip.figure],
     toggle: () => player.toggle(),
     portrait,
@@ -300,14 +300,14 @@ function cursor(time) {
 
 const shown = framed(cursor);
 
-let labelled = 0;
+let toldAt = 0; // when its label was
 
 /** What goes on is told a few times a second, when it is of the present law. */
 function tellLabel() {
   const { live, exact } = stage;
   const when = performance.now();
-  if (when - labelled < 250 || ruled !== data.changed || !live) return;
-  labelled = when;
+  if (when - toldAt < 250 || ruled !== data.changed || !live) return;
+  toldAt = when;
   data.label = exact ? (told.value?.motion.label ?? "") : live.label();
   data.blows = exact || !live.struck ? [] : live.blows.slice(-live.struck).map(({ speed }) => speed);
 }

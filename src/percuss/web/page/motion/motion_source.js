@@ -2,7 +2,7 @@
 // moving, with modes, on a steady motion, or random.
 
 import { said, saveFile } from "../core/api.js";
-import { $, $$, button, fieldOf, h, put, segments, select } from "../core/dom.js";
+import { $, $$, button, div, fieldOf, h, put, segments, select } from "../core/dom.js";
 import { effect, whenever } from "../core/signals.js";
 import { chosen, data, fileName, isHeld, setStart, setTables, show, view } from "../core/state.js";
 import { typed } from "../case/fields.js";
@@ -86,7 +86,7 @@ function build(status) {
   ];
   put(
     card,
-    h("div", { class: "row" }, choices, !steady && simulation()),
+    div("row", choices, !steady && simulation()),
     !steady &&
       h(
         "div",

@@ -1,6 +1,6 @@
 // What the players share: play and pause, the slider of time, and that of the slow motion.
 
-import { h, put } from "../core/dom.js";
+import { button, div, h, put } from "../core/dom.js";
 import { withUnit } from "../core/format.js";
 import { show } from "../core/state.js";
 import { tr } from "../core/words.js";
@@ -20,8 +20,7 @@ export class Player {
     this.held = false; // by the user
     this.told = 0;
     const [scrub, pace] = [`${id}scrub`, `${id}slow`];
-    const play = { type: "button", class: "main", id: `${id}play`, "aria-label": "Play", onclick: () => this.toggle() };
-    this.play = h("button", play, "▶");
+    this.play = button("▶", () => this.toggle(), { class: "main", id: `${id}play`, "aria-label": "Play" });
     const oninput = (/** @type {any} */ { target }) => this.seek((stage.length * target.value) / target.max);
     this.scrub = h("input", { type: "range", id: scrub, min: 0, max: 1000, step: 1, "aria-label": about, oninput });
     this.time = h("output", { class: "time", for: scrub }, "–");
@@ -34,7 +33,7 @@ export class Player {
   rows(...knobs) {
     const name = h("span", { class: "hidden-words" }, "Slow motion");
     const pace = h("label", { class: "pace" }, name, this.slow, this.slowly);
-    return h("div", { class: "play" }, this.play, this.scrub, this.time, pace, knobs);
+    return div("play", this.play, this.scrub, this.time, pace, knobs);
   }
 
   /** Another moment, as the user wants it: it stays. @param {number} time */

@@ -4,7 +4,7 @@
 import { strands } from "../branches/branches_picture.js";
 import { RISING } from "../branches/branches_walk.js";
 import { post } from "../core/api.js";
-import { h, latest } from "../core/dom.js";
+import { div, latest } from "../core/dom.js";
 import { angle, counted, inUnit, number, scaleOf } from "../core/format.js";
 import { whenever } from "../core/signals.js";
 import { chosen, data, fullOrbits, isHeld, uptodate, view } from "../core/state.js";
@@ -25,7 +25,7 @@ export function orbitCharts() {
   charts.branches = new Chart("Impact phase against the load factor");
   charts.circle = new Chart("Multipliers: how a disturbance grows or dies out", { kind: "square" });
   const { phase, load, branches, circle } = charts;
-  return { why: load.figure, rest: h("div", { class: "grid" }, phase.figure, branches.figure, circle.figure) };
+  return { why: load.figure, rest: div("grid", phase.figure, branches.figure, circle.figure) };
 }
 
 /** The load at the moment of impact always; the others while they are in sight. @param {Quick | null} quick @param {boolean} inSight */

@@ -1,7 +1,7 @@
 // The steady motions: where their phases come from, how they branch with the load, what the load does at the blow, and
 // what becomes of a disturbance.
 
-import { button, facts, h, put, settled, table } from "../core/dom.js";
+import { button, div, facts, h, put, settled, table } from "../core/dom.js";
 import { angle, number, si } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import {
@@ -36,7 +36,7 @@ export function whyOfOrbits() {
 export function start(section) {
   parts.table = h("div", { class: "scroll", id: "orbit-table" });
   parts.about = h("div", { id: "orbit-about" });
-  parts.own = h("div", { class: "stack" }, parts.table, parts.charts, parts.about);
+  parts.own = div("stack", parts.table, parts.charts, parts.about);
   put(section, parts.own, detailsOfScenes);
   effect(() => (parts.own.hidden = switchesItself() || isHeld()));
   effect(pictures); // at once: a slider waits for them

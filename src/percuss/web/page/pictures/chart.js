@@ -1,7 +1,7 @@
 // Charts on a canvas, drawn in well under a millisecond each so that a slider repaints them all within its frame.
 // A chart is told what to draw by a plain object (chart_pen.js).
 
-import { button, h, put } from "../core/dom.js";
+import { button, div, h, put } from "../core/dom.js";
 import { theme } from "./colours.js";
 import { layout, mark, paint, swatch } from "./chart_pen.js";
 import { data } from "../core/state.js";
@@ -51,9 +51,8 @@ export class Chart {
       "details",
       { class: "menu save" },
       h("summary", { "aria-label": `Save: ${title}`, title: "Save the picture, or its numbers" }, "⤓"),
-      h(
-        "div",
-        { class: "sheet" },
+      div(
+        "sheet",
         kinds.map((one) => button(one.toUpperCase(), () => this.save(one))),
       ),
     );

@@ -1,7 +1,7 @@
 // The drawers: questions beside the screen. One opens over the strip and the reasons; pressed again, over all but the
 // verdict and the stage. Lessons and the report open from the head, whole.
 
-import { $, button, h, put } from "../core/dom.js";
+import { $, button, div, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
 import { data, isHeld, know, show, switchesItself, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
@@ -26,11 +26,7 @@ export function startDrawers(panels) {
   const sections = panels.map(({ name }) =>
     h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }),
   );
-  put(
-    drawer,
-    h("div", { class: "drawer-head" }, title, grow, button("✕", shut, closing)),
-    h("div", { class: "drawer-body" }, sections),
-  );
+  put(drawer, div("drawer-head", title, grow, button("✕", shut, closing)), div("drawer-body", sections));
   const fill = (/** @type {number} */ i) => filled(panels[i], sections[i]);
   panels.forEach((panel, i) => effect(() => void (isWanted(panel) && fill(i))));
   const ahead = (/** @type {number} */ i) => (panels[i].early ? fill(i) : void panels[i].load().catch(() => {}));

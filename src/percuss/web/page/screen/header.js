@@ -1,7 +1,7 @@
 // The head of the page: which machine, what was changed in it, undo and redo, the places, sound, theme, links and files.
 
 import { differences, redo, undo, undone } from "../core/address.js";
-import { $, flushFrames, h, put } from "../core/dom.js";
+import { $, button, div, flushFrames, h, labelled, menu, put, select } from "../core/dom.js";
 import { quantity, system, useSystem, withUnit } from "../core/format.js";
 import { valueAt } from "../core/moves.js";
 import { effect, flush } from "../core/signals.js";
@@ -30,12 +30,9 @@ export function startHeader(panels, failed) {
     /** @type {string} */ sign,
     /** @type {string} */ label,
     /** @type {() => void} */ press,
-  ) => h("button", { type: "button", class: "icon", id, title: label, "aria-label": label, onclick: press }, sign);
-  const machine = h("select", {
-    id: "machine",
-    "aria-label": "Machine",
-    onchange: () => machine.value && pickMachine(machine.value).catch(failed),
-  });
+  ) => button(sign, press, { class: "icon", id, title: label, "aria-label": label });
+  const pick = (/** @type {string} */ name) => name && pickMachine(name).catch(failed);
+  const machine = menu([], "", pick, { id: "machine", "aria-label": "Machine" });
   const changes = h(
     "details",
     { class: "menu", id: "changes" },
@@ -43,21 +40,10 @@ export function startHeader(panels, failed) {
     h("ul", { class: "sheet" }),
   );
   const steps = [icon("undo", "↶", "Undo (Ctrl+Z)", undo), icon("redo", "↷", "Redo (Ctrl+Y)", redo)];
-  const reset = h(
-    "button",
-    { type: "button", id: "reset", title: "The machine as it was", onclick: () => restore(failed) },
-    "Reset",
-  );
-  const pin = h(
-    "button",
-    { type: "button", id: "pin", title: "Keep the present design as A, and compare with it", onclick: pinned },
-    "Pin A",
-  );
-  const explore = h(
-    "button",
-    { type: "button", id: "explore", onclick: () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }) },
-    "Explore",
-  );
+  const reset = button("Reset", () => restore(failed), { id: "reset", title: "The machine as it was" });
+  const keeping = { id: "pin", title: "Keep the present design as A, and compare with it" };
+  const pin = button("Pin A", pinned, keeping);
+  const explore = button("Explore", () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }), { id: "explore" });
   const places = h(
     "nav",
     { class: "places", "aria-label": "Places" },
@@ -72,15 +58,11 @@ export function startHeader(panels, failed) {
   const theme = icon("theme", "◐", "Theme", () =>
     setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]),
   );
-  const units = h(
-    "select",
-    { id: "units", onchange: () => useSystem(units.value) },
-    [
-      ["practical", "practical: mm, bar"],
-      ["SI", "SI"],
-      ["US", "US: in, psi"],
-    ].map(([value, text]) => h("option", { value, selected: value === system }, text)),
-  );
+  const systems = [
+    ["practical", "practical: mm, bar"],
+    ["SI", "SI"],
+    ["US", "US: in, psi"],
+  ];
   const languages = h(
     "select",
     { id: "language", onchange: () => useLanguage(languages.value) },
@@ -96,21 +78,16 @@ export function startHeader(panels, failed) {
       { title: "Language and units" },
       h("span", { translate: "no" }, language === "en" ? "Aa" : language.toUpperCase()),
     ),
-    h(
-      "div",
-      { class: "sheet column" },
-      h("label", { class: "pick" }, h("span", {}, "Language"), languages),
-      h("label", { class: "pick" }, h("span", {}, "Units"), units),
-    ),
+    div("sheet column", labelled("Language", languages), select("Units", systems, system, useSystem, { id: "units" })),
   );
-  const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
+  const files = button("Files", () => show({ panel: "case", tall: 1 }), { id: "files" });
   const share = shareMenu();
   $("#top").append(
     machine,
     changes,
-    h("div", { class: "steps" }, steps, reset, pin),
+    div("steps", steps, reset, pin),
     places,
-    h("div", { class: "tools" }, settings, sound, theme, share, files),
+    div("tools", settings, sound, theme, share, files),
   );
   startTheme();
   addEventListener("keydown", keys);
@@ -169,11 +146,7 @@ export const changed = () => (data.tables && data.base ? differences(data.tables
 /** @param {string[]} change */
 function one([key, now, before]) {
   const name = data.info?.parameters.find((/** @type {any} */ p) => p.name === key)?.label ?? key;
-  const back = h(
-    "button",
-    { type: "button", class: "link", onclick: () => setKey(key, valueAt(data.base ?? {}, key)) },
-    short(before),
-  );
+  const back = button(short(before), () => setKey(key, valueAt(data.base ?? {}, key)), { class: "link" });
   return h("li", {}, name, ": ", short(now), " (was ", back, ")");
 }
 

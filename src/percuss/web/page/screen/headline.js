@@ -1,7 +1,7 @@
 // The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
 import { saidOf } from "../core/api.js";
-import { $, button, h, put, settled } from "../core/dom.js";
+import { $, button, div, h, put, settled } from "../core/dom.js";
 import { number, plainNumber, si, withUnit } from "../core/format.js";
 import { whenever } from "../core/signals.js";
 import * as state from "../core/state.js";
@@ -48,16 +48,13 @@ function headline({ kind, text, words, ways = [], figures = [], now, stable = []
   ];
   const badge = h("span", { class: `badge ${kind}`, id: "verdict" }, text);
   const cells = figures.map((one) => figure(one, pinned));
-  return [
-    h("div", { class: "verdict" }, badge, h("div", { class: "words" }, beside)),
-    h("dl", { class: "figures" }, cells),
-  ];
+  return [div("verdict", badge, div("words", beside)), h("dl", { class: "figures" }, cells)];
 }
 
 /** @param {Figure} figure @param {Figure[]} [pinned] those of A */
 function figure([name, value, unit], pinned) {
-  const open = { type: "button", class: "link", onclick: () => state.show({ panel: "blow" }) };
-  const label = name === ROCK ? h("button", open, `${name} ▸`) : name;
+  const open = () => state.show({ panel: "blow" });
+  const label = name === ROCK ? button(`${name} ▸`, open, { class: "link" }) : name;
   if (value === "…") return h("div", {}, h("dd", {}, value), h("dt", {}, label));
   const [told, inUnits] = (["J", "W", "Pa"].includes(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
   const other = pinned?.find(([one, , own]) => one === name && own === unit)?.[1];

@@ -1,7 +1,7 @@
 // What stands on the screen: a bar under a load, a machine that switches itself, or one blow by its waves; each with its
 // stage, the strip of its last periods, and the picture that tells why. The rest of it is in the drawers.
 
-import { $, h } from "../core/dom.js";
+import { $, div, h } from "../core/dom.js";
 import { effect } from "../core/signals.js";
 import { DEFAULTS, data, isHeld, switchesItself, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
@@ -23,7 +23,7 @@ const LATER = {
 const MACHINE = { machineSlow: "", machineShow: "cycle" };
 
 /** What the drawer of all motions tells of them. */
-export const detailsOfScenes = h("div", { class: "stack" });
+export const detailsOfScenes = div("stack");
 
 /** Which of them is in sight. */
 const shown = () => (view.panel === "blow" && !isHeld() ? "blow" : switchesItself() ? "machine" : "motion");
@@ -54,7 +54,7 @@ async function bring(name) {
 export function startScenes() {
   Object.assign(DEFAULTS, ofMotion, MACHINE, ofMap);
   Object.assign(view, DEFAULTS);
-  const held = h("div", { class: "fill" }); // the phase portrait of a structure, which has no band of its load
+  const held = div("fill"); // the phase portrait of a structure, which has no band of its load
   const { portrait, portraits, ...motion } = startMotion();
   const why = whyOfOrbits();
   place("motion", { ...motion, why: [why, held] });

@@ -2,7 +2,7 @@
 
 import { writeAddress } from "../core/address.js";
 import { post } from "../core/api.js";
-import { button, h } from "../core/dom.js";
+import { button, div, h } from "../core/dom.js";
 import { valueAt } from "../core/moves.js";
 import { data, fileName, switchesItself, view } from "../core/state.js";
 import { changed, toast } from "./header.js";
@@ -17,9 +17,8 @@ export function shareMenu() {
     "details",
     { class: "menu", id: "share" },
     h("summary", { title: "Copy a link, a command, Python" }, "Share"),
-    h(
-      "div",
-      { class: "sheet column" },
+    div(
+      "sheet column",
       copy("share-link", "Copy link", link),
       copy("share-command", "Copy as command", command),
       copy("share-python", "Copy as Python", python),

@@ -2,7 +2,7 @@
 // and a tick at what the machine had.
 
 import { said } from "../core/api.js";
-import { $, afterFrame, h, put } from "../core/dom.js";
+import { $, afterFrame, div, h, labelled, put } from "../core/dom.js";
 import { plainNumber, quantity, typedQuantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
 import { effect, whenever } from "../core/signals.js";
@@ -147,9 +147,9 @@ function slider({ name, label, meaning, unit, low, high, least = -Infinity, base
     });
   }
   fit();
-  const head = h("div", { class: "head" }, h("label", { for: field.id }, title), field);
-  const track = h("div", { class: "track" }, ends[0], h("div", { class: "track-of" }, input, tick), ends[1]);
-  return { box: h("div", { class: "slider" }, head, track, problem), follow };
+  const head = div("head", h("label", { for: field.id }, title), field);
+  const track = div("track", ends[0], div("track-of", input, tick), ends[1]);
+  return { box: div("slider", head, track, problem), follow };
 }
 
 function periods() {
@@ -171,5 +171,5 @@ function periods() {
     },
   });
   const follow = () => void (document.activeElement !== input && (input.value = String(view.m)));
-  return { box: h("label", { class: "pick" }, "Load periods per blow, m", input), follow };
+  return { box: labelled("Load periods per blow, m", input), follow };
 }
