@@ -46,13 +46,13 @@ def answered(name: str) -> tuple[Case, Any, Any]:
 
 
 @cache
-def written(name: str, paper: str) -> bytes:
+def written(name: str, paper: str, language: str) -> bytes:
     case, answer, blow = answered(name)
-    return report_pdf(case, answer, blow=blow, paper=paper)
+    return report_pdf(case, answer, None, blow, paper, language)
 
 
-def read(name: str, paper: str = "a4") -> Any:
-    return pypdfium2.PdfDocument(written(name, paper), autoclose=True)
+def read(name: str, paper: str = "a4", language: str = "en") -> Any:
+    return pypdfium2.PdfDocument(written(name, paper, language), autoclose=True)
 
 
 @pytest.fixture(params=HAMMERS)
@@ -125,6 +125,13 @@ def test_all_that_stands_in_html_stands_in_the_pdf(told: Told) -> None:
     assert not [one for one in texts_of(told.html) if one not in text]
 
 
+def test_a_pdf_speaks_another_language_as_html_does() -> None:
+    case, answer, blow = answered("valve-breaker")
+    text = text_of(read("valve-breaker", language="de"))
+    assert not [one for one in texts_of(report_html(case, answer, None, blow, "de")) if one not in text]
+    assert "Schlagenergie" in text and "blowenergy" not in text
+
+
 def test_the_figures_of_the_first_page_are_those_of_json(told: Told) -> None:
     text = words(told.pdf[0].get_textpage().get_text_range())
     for label, value in figures(told.json).items():
@@ -136,13 +143,13 @@ def test_the_figures_of_the_first_page_are_those_of_json(told: Told) -> None:
 
 def test_what_speaks_against_the_figures_stands_on_the_first_page() -> None:
     page = words(read("hydraulic-drifter")[0].get_textpage().get_text_range())
-    assert words("the first channel falls to -123.7 bar") in page and page.endswith(words("Hydraulic drifter 1 of 6"))
+    assert words("the first channel falls to -123.7 bar") in page and page.endswith(words("Hydraulic drifter 1 / 6"))
 
 
-@pytest.mark.parametrize("paper", PAPERS)
+@pytest.mark.parametrize(("paper", "language"), [("a4", "en"), ("letter", "en"), ("a4", "de"), ("letter", "sv")])
 @pytest.mark.parametrize("name", [*HAMMERS, "laboratory-striker", "compared"])
-def test_no_letter_is_beyond_its_page_or_over_another(name: str, paper: str) -> None:
-    pdf = read(name, paper)
+def test_no_letter_is_beyond_its_page_or_over_another(name: str, paper: str, language: str) -> None:
+    pdf = read(name, paper, language)
     for page in pdf:
         assert page.get_size() == pytest.approx([side / 25.4 * 72.0 for side in PAPERS[paper]], abs=0.1)
         chars = boxes(page)

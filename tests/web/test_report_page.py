@@ -36,9 +36,11 @@ BOXES = """() => {
 }"""
 
 
-@pytest.mark.parametrize("machine", ["valve-drifter", "stepped-drifter", "pump"])
+@pytest.mark.parametrize(
+    ("machine", "language"), [("valve-drifter", "en"), ("stepped-drifter", "en"), ("pump", "en"), ("pump", "de")]
+)
 def test_the_report_fits_on_paper(
-    machine: str, browser: Browser, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    machine: str, language: str, browser: Browser, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     case, path = tmp_path / "case.toml", tmp_path / "report.html"
     name = machine if machine != "pump" else "valve-breaker"
@@ -47,7 +49,7 @@ def test_the_report_fits_on_paper(
     given = re.sub(r"(?m)^restitution = (\S+)", r'restitution = "\1 ± 0.02"', text)
     assert given != text
     case.write_text(given + (PUMP if machine == "pump" else ""), encoding="utf-8")
-    assert run(["report", str(case), "--modes", "0", "-o", str(path), "--no-reach"]) == 0
+    assert run(["report", str(case), "--modes", "0", "-o", str(path), "--no-reach", "--language", language]) == 0
     capsys.readouterr()
     page = browser.new_page()
     page.emulate_media(media="print")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+from html import unescape
 from importlib import resources
 
 import pytest
@@ -13,6 +14,9 @@ pytest.importorskip("fastapi")
 
 from playwright.sync_api import expect
 
+from percuss.case import load_case, steady_answer
+from percuss.plot.reports.html_report import report_html
+from percuss.plot.reports.translation import Translation
 from test_web_screen import LAYOUT
 from web_desk import PANELS, Desk, figure, knows, settled, slide
 
@@ -35,14 +39,14 @@ ALL = (
         if language is SWEDISH or name not in ("mini-breaker", "valve-breaker")
     ),
 )
+PHRASES = json.loads(resources.files("percuss.web").joinpath("page/core/words.json").read_text(encoding="utf-8"))
 NOT_SAID = "import('/static/core/words.js').then(words => [...words.missed].filter(one => !/^[\\w.]+[=<]/.test(one)))"
 
 
 def test_every_phrase_has_both_languages() -> None:
     """Each with as many numbers and as many words filled in as in English, and with what ends it."""
-    phrases = json.loads(resources.files("percuss.web").joinpath("page/core/words.json").read_text(encoding="utf-8"))
-    assert len(phrases) > 1000
-    for english, others in phrases.items():
+    assert len(PHRASES) > 1000
+    for english, others in PHRASES.items():
         assert len(others) == 2, english
         for other in others:
             assert other.strip() == other != "", english
@@ -70,6 +74,27 @@ def test_nothing_on_the_page_stays_english(desk: Desk, name: str) -> None:
             slide(page, "load_factor", factor)
             settled(page)
     assert page.evaluate(NOT_SAID) == []
+
+
+@pytest.mark.parametrize(("desk", "language"), [(GERMAN, "de"), (SWEDISH, "sv")], indirect=["desk"], ids=["de", "sv"])
+def test_a_report_translates_as_the_page_does(desk: Desk, language: str) -> None:
+    """Every phrase with numbers and words filled in, capitalized, in pairs, with more around it; and a report."""
+    page = desk.module("core/words.js")
+    case = load_case("mini-breaker")
+    report = report_html(case, steady_answer(case))
+    texts = [
+        unescape(text) for text in re.findall(r">([^<]+)<", re.sub(r"<style>.*?</style>", "", report, flags=re.DOTALL))
+    ]
+    phrases = [one.replace("#", "-1.5e-09").replace("{}", "7.25 mm") for one in PHRASES]
+    some = phrases[::9]
+    texts += [*phrases, *(one[0].upper() + one[1:] for one in some)]
+    texts += [f"{one}; {other} — nobody's 3.5 words" for one, other in zip(some, some[7:], strict=False)]
+    texts += [f"{one} [bar], {other}" for one, other in zip(some, some[5:], strict=False)]
+    theirs = page.evaluate("texts => import('/static/core/words.js').then(words => texts.map(words.tr))", texts)
+    words = Translation(language)
+    differing = [(text, words(text), other) for text, other in zip(texts, theirs, strict=True) if words(text) != other]
+    assert differing == []
+    assert words.missed == {*page.evaluate("import('/static/core/words.js').then(words => [...words.missed])")}
 
 
 @pytest.mark.parametrize("desk", [GERMAN, SWEDISH], indirect=True, ids=["de", "sv"])

@@ -291,12 +291,15 @@ CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name"
 JSON = option("--json", "print the answer as JSON")
 
 
-def report_options(spec: str = "--report FILE", **settings: Any) -> tuple[Option, Option]:
-    """The file of a report, and its paper."""
+def report_options(spec: str = "--report FILE", **settings: Any) -> tuple[Option, ...]:
+    """The file of a report, its paper and its language."""
     about = "write figures and pictures into one file: .html, or .pdf to print and sign"
     file = made(spec, about, (".htm", ".html", ".pdf"), ("plot", "matplotlib"), **settings)
     paper = option("--paper SIZE", "of a report as PDF: a4 (default) or letter", choices=("a4", "letter"), default="a4")
-    return file._replace(needs_of=((".pdf", ("report", "typst")),)), paper
+    language = option(
+        "--language CODE", "of a report: en (default), de or sv", choices=("en", "de", "sv"), default="en"
+    )
+    return file._replace(needs_of=((".pdf", ("report", "typst")),)), paper, language
 
 
 NO_PLAUSIBILITY = option("--no-plausibility", "say nothing of figures that no hammer has, such as 30 m/s or 900 bar")

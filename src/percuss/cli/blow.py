@@ -117,7 +117,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.atomic_write import write_dataset
 
         write_dataset(blow_dataset(answer), options.output)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
         dataset=lambda: blow_dataset(answer), indent=1, waves=options.output, report=options.report,
@@ -145,7 +145,7 @@ def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
         answer = repeated_answer(case, velocity, cells=options.cells, progress=progress)
     asked = case.blow_question().number
     cut = "" if len(answer.train.blows) == asked else f"{len(answer.train.blows)} of {asked} blows"
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: repeated_report(answer), lambda: plot.repeated(answer),
         dataset=lambda: repeated_dataset(answer), indent=1, cut=cut, report=options.report,

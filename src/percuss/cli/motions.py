@@ -122,7 +122,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1, cut=cut,
         report=options.report,
@@ -239,7 +239,7 @@ def report(parser: Parser, options: argparse.Namespace) -> int:
     if whole.runs and not (options.no_reach or rests):
         rows, cut = _reached(parser, options, case, whole.motion)
         answer = replace(answer, reach=rows)
-    filed(options.output, options.paper, case, answer, blow)
+    filed(options.output, options, case, answer, blow)
     print(f"report: {options.output}")
     if cut:
         print(f"percuss: interrupted: {cut}", file=sys.stderr)
@@ -326,7 +326,7 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    filed(options.report, options.paper, case, record or answer)
+    filed(options.report, options, case, record or answer)
     files = {"table": output, "report": options.report}
     return answered(options, told, report, lambda: plot.machine(record or answer), indent=1, cut=cut, **files)
 

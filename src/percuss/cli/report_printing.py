@@ -97,7 +97,9 @@ def _show_rich(report: Report) -> None:
         console.print(Padding(table, (0, 0, 0, 2)))
 
 
-def filed(path: str | None, paper: str, case: Case, answer: Answer, blow: BlowAnswer | None = None) -> None:
+def filed(
+    path: str | None, options: argparse.Namespace, case: Case, answer: Answer, blow: BlowAnswer | None = None
+) -> None:
     """Write the report as a file, HTML or PDF by its name, where one is wanted."""
     if path is None:
         return
@@ -106,11 +108,11 @@ def filed(path: str | None, paper: str, case: Case, answer: Answer, blow: BlowAn
     if path.lower().endswith(".pdf"):
         from percuss.plot.reports.pdf_report import report_pdf
 
-        write_whole(path, report_pdf(case, answer, blow=blow, paper=paper))
+        write_whole(path, report_pdf(case, answer, None, blow, options.paper, options.language))
     else:
         from percuss.plot.reports.html_report import report_html
 
-        write_whole(path, report_html(case, answer, blow=blow))
+        write_whole(path, report_html(case, answer, None, blow, options.language))
 
 
 def answered(

@@ -111,7 +111,7 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
                 plane = options.plane
     if options.output is not None:
         write_case(answer.case, options.output)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer.comparison), indent=1,
         cut=f"the best of {answer.hammers} hammers so far" if not answer.complete else "" if plane == options.plane
@@ -161,7 +161,7 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
             cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
             names.append(f"{last.file}, {text}")
     answer = compare(cases, names, options.modes)
-    filed(options.report, options.paper, cases[0], answer)
+    filed(options.report, options, cases[0], answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report
     )
@@ -207,7 +207,7 @@ def tolerance(parser: Parser, options: argparse.Namespace) -> int:
     drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
     job = tolerance_job(case, given, options.figures or (), **drawn)
     answer = ToleranceAnswer(case, job, carried(parser, options, job), not given and not case.uncertain)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,
         archive=options.output,
@@ -265,7 +265,7 @@ def identify(_: Parser, options: argparse.Namespace) -> int:
     answer = identify(case, record, vary, given, modes=options.modes)
     if options.output is not None:
         write_case(answer.best, options.output)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.identify(answer), indent=1,
         case=options.output, report=options.report,
@@ -291,7 +291,7 @@ def _data_sheet(case: Case, options: argparse.Namespace) -> int:
     answer = data_sheet_answer(case, **figures)
     if options.output is not None:
         write_case(answer.best, options.output)
-    filed(options.report, options.paper, case, answer)
+    filed(options.report, options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.machine(machine_answer(answer.best, modes=0)),
         indent=1, case=options.output, report=options.report,

@@ -6,7 +6,7 @@ import io
 import math
 import os
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -162,6 +162,26 @@ def style() -> AbstractContextManager[None]:
     from matplotlib import rc_context
 
     return rc_context(_STYLE)  # type: ignore[arg-type]  # its keys are a long list of literals
+
+
+def reword(figure: Figure, words: Callable[[str], str]) -> None:
+    """Give a picture other words, line by line; those of ticks, and their numbers, when they are drawn."""
+    from matplotlib.text import Text
+
+    if words is str:
+        return
+
+    def lines(text: str) -> str:
+        return "\n".join(one if one.startswith("$") else words(one) for one in text.split("\n"))
+
+    def also(ticks: Callable[[Any], list[str]]) -> Callable[[Any], list[str]]:
+        return lambda values: [lines(one) for one in ticks(values)]
+
+    for text in figure.findobj(Text):
+        text.set_text(lines(text.get_text()))
+    axes = {axis for one in figure.axes for axis in (one.xaxis, one.yaxis)}
+    for formatter in {axis.get_major_formatter() for axis in axes}:
+        formatter.format_ticks = also(formatter.format_ticks)  # type: ignore[assignment, method-assign]
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> Path:

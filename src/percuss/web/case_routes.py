@@ -260,7 +260,12 @@ def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     if not case.is_machine:
         check_steady(case.system(), periods, asked.modes, terms.limits)
     answer, blow = reported_answers(case, asked.modes, periods, fatigue=find_spec("rainflow") is not None)
+    language = asked.language or "en"
     with DRAWING:
         if asked.paper:
-            return Attachment(report_pdf(case, answer, motion, blow, asked.paper), "report.pdf", "application/pdf")
-        return Attachment(report_html(case, answer, motion, blow).encode(), "report.html", "text/html; charset=utf-8")
+            return Attachment(
+                report_pdf(case, answer, motion, blow, asked.paper, language), "report.pdf", "application/pdf"
+            )
+        return Attachment(
+            report_html(case, answer, motion, blow, language).encode(), "report.html", "text/html; charset=utf-8"
+        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from percuss.model import System
@@ -17,7 +17,7 @@ _TEXT = 20.0  # size of letters
 _ENDLESS = 0.3  # of all other lengths: what is drawn of an endless section
 
 
-def bar_outline(hammer: System | Machine, tool: Sequence[Piece] = ()) -> str:
+def bar_outline(hammer: System | Machine, tool: Sequence[Piece] = (), words: Callable[[str], str] = str) -> str:
     """The bar of a hammer in SI, driven end left, and what it strikes: a tool of sections, or a wall.
 
     Sections are numbered from 0 where there is room, with the lengths of bar and tool below; areas are drawn as round
@@ -31,11 +31,11 @@ def bar_outline(hammer: System | Machine, tool: Sequence[Piece] = ()) -> str:
     scale = 1000.0 / whole
     half = 0.5 * scale * max(piece.diameter for piece in (*bar.pieces, *tool))
     high = half + 5.0 + 1.2 * _TEXT
-    parts = [_section(piece, i, 0.0, scale, scale * whole) for i, piece in enumerate(bar.pieces)]
+    parts = [_section(piece, i, 0.0, scale, scale * whole, words) for i, piece in enumerate(bar.pieces)]
     ends = [(0.0, scale * length, f"bar {1e3 * length:.4g} mm")]
     if tool:
         start = scale * length
-        parts += [_section(piece, i, start, scale, 1000.0) for i, piece in enumerate(tool)]
+        parts += [_section(piece, i, start, scale, 1000.0, words) for i, piece in enumerate(tool)]
         told = "endless tool" if whole > finite else f"tool {1e3 * (finite - length):.4g} mm"
         ends.append((start, 1000.0, told))
         parts.append(f'<line x1="{start:.6g}" x2="{start:.6g}" y1="{-high:.6g}" y2="{high:.6g}" {_STROKE}/>')
@@ -46,13 +46,16 @@ def bar_outline(hammer: System | Machine, tool: Sequence[Piece] = ()) -> str:
     driven = 0.5 * scale * bar.pieces[at].diameter
     parts.append(_load(scale * length * hammer.body.place(at), 0.0 if at == 0 else 0.75 * driven))
     below = high + _TEXT
-    parts += [_dimension(low, high_, below + (i % 2) * 2.2 * _TEXT, text) for i, (low, high_, text) in enumerate(ends)]
+    parts += [
+        _dimension(low, high_, below + (i % 2) * 2.2 * _TEXT, words(text)) for i, (low, high_, text) in enumerate(ends)
+    ]
     bottom = below + (2.2 * (len(ends) - 1) + 1.6) * _TEXT
     box = f"{-_ROOM:.6g} {-high:.6g} {1000.0 + 2.0 * _ROOM:.6g} {high + bottom:.6g}"
     right = "the tool" if tool else "wall"
+    title = f"The bar to scale, {1e3 * length:.4g} mm long; load from the left, {right} on the right"
     return (
         f'<svg class="outline" role="img" viewBox="{box}" xmlns="http://www.w3.org/2000/svg">'
-        f"<title>The bar to scale, {1e3 * length:.4g} mm long; load from the left, {right} on the right</title>"
+        f"<title>{words(title)}</title>"
         f"{''.join(parts)}</svg>"
     )
 
@@ -60,14 +63,14 @@ def bar_outline(hammer: System | Machine, tool: Sequence[Piece] = ()) -> str:
 _STROKE = 'stroke="currentColor" stroke-width="3"'
 
 
-def _section(piece: Piece, number: int, start: float, scale: float, last: float) -> str:
+def _section(piece: Piece, number: int, start: float, scale: float, last: float, words: Callable[[str], str]) -> str:
     x = start + scale * piece.start
     width = (last if math.isinf(piece.end) else start + scale * piece.end) - x
     outer, bore = scale * piece.diameter, scale * piece.bore
     told = f"{1e3 * (piece.end - piece.start):.4g} mm, {1e6 * piece.area:.4g} mm²"
     drawn = (
         f'<rect x="{x:.6g}" y="{-0.5 * outer:.6g}" width="{width:.6g}" height="{outer:.6g}" fill="currentColor" '
-        f'fill-opacity="0.12" stroke="currentColor" stroke-width="2"><title>{told}</title></rect>'
+        f'fill-opacity="0.12" stroke="currentColor" stroke-width="2"><title>{words(told)}</title></rect>'
     )
     for side in (-0.5, 0.5) if bore else ():
         drawn += (

@@ -53,15 +53,19 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 
 
 def report_html(
-    case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
+    case: Case,
+    answer: Answer,
+    simulation: SimulationAnswer | None = None,
+    blow: BlowAnswer | None = None,
+    language: str = "en",
 ) -> str:
-    """The text of the file; the first page is printed as such."""
-    blocks = report_blocks(case, answer, simulation, blow)
+    """The text of the file, in English, German ("de") or Swedish ("sv"); the first page is printed as such."""
+    blocks = report_blocks(case, answer, simulation, blow, language)
     title = next(block.text for block in blocks if isinstance(block, Heading))
     body = "\n".join(map(_element, blocks))
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     return f"""<!doctype html>
-<html lang="en">
+<html lang="{language}">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
@@ -91,9 +95,9 @@ def _element(block: Block) -> str:
             return f'<div class="cards">{"".join(cells)}</div>'
         case Bullets(items):
             return f"<ul>{''.join(f'<li>{_safe(text)}</li>' for text in items)}</ul>"
-        case Signed(text):
-            name = "Name: <span></span> Signature: <span></span>"
-            return f'<p class="signed">{_safe(text)}</p>\n<p class="signed">{name}</p>'
+        case Signed(text, name, hand):
+            lines = " ".join(f"{_safe(one)} <span></span>" for one in (name, hand))
+            return f'<p class="signed">{_safe(text)}</p>\n<p class="signed">{lines}</p>'
         case Picture(svg, caption):
             return (
                 f"<figure>{svg}<figcaption>{_safe(caption)}</figcaption></figure>" if caption else f"<div>{svg}</div>"

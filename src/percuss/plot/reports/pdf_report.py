@@ -40,8 +40,8 @@ _PAGES = """
 #let bullets(b) = list(..b.items)
 #let signed(b) = {
   block(b.text, above: 1.6em)
-  block[Name: #box(width: 5cm, stroke: (bottom: line), height: 1em) #h(1em)
-    Signature: #box(width: 5cm, stroke: (bottom: line), height: 1em)]
+  block[#b.name #box(width: 5cm, stroke: (bottom: line), height: 1em) #h(1em)
+    #b.hand #box(width: 5cm, stroke: (bottom: line), height: 1em)]
 }
 #let rows(b) = if b.rows.len() > 0 {
   let wide = calc.max(..b.rows.map(row => row.len()))
@@ -66,9 +66,9 @@ _PAGES = """
 #set page(
   paper: sys.inputs.paper, margin: (x: 15mm, top: 14mm, bottom: 16mm),
   footer: context text(7pt, luma(40%), grid(
-    columns: (1fr, auto), title, counter(page).display("1 of 1", both: true))),
+    columns: (1fr, auto), title, counter(page).display("1 / 1", both: true))),
 )
-#set text(font: "DejaVu Sans", size: 8pt, lang: "en")
+#set text(font: "DejaVu Sans", size: 8pt, lang: sys.inputs.language)
 #set par(leading: 0.5em)
 #show raw: set text(font: "DejaVu Sans Mono")
 #show std.heading: set block(above: 1.1em, below: 0.6em)
@@ -90,16 +90,18 @@ def report_pdf(
     simulation: SimulationAnswer | None = None,
     blow: BlowAnswer | None = None,
     paper: str = "a4",
+    language: str = "en",
 ) -> bytes:
     """The content of the file; `paper` is "a4" or "letter". Letters are those of the pictures, which matplotlib has."""
     typst = extra_package("typst", "report")
     choice("paper", paper, *PAPERS)
     from matplotlib import get_data_path
 
-    blocks = [_plain(block) for block in report_blocks(case, answer, simulation, blow)]
+    blocks = [_plain(block) for block in report_blocks(case, answer, simulation, blow, language)]
     files = {"main.typ": _PAGES.encode(), "blocks.json": json.dumps(blocks).encode()}
     fonts = [Path(get_data_path(), "fonts", "ttf")]
-    made: bytes = typst.compile(files, font_paths=fonts, sys_inputs={"paper": PAPERS[paper]})
+    inputs = {"paper": PAPERS[paper], "language": language}
+    made: bytes = typst.compile(files, font_paths=fonts, sys_inputs=inputs)
     return made
 
 

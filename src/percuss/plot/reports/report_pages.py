@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import date
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from percuss._version import __version__
 from percuss.blow import Rod
@@ -27,6 +28,7 @@ from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import steady_report
 from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
 from percuss.plot.reports.bar_outline import bar_outline
+from percuss.plot.reports.translation import translation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,6 +89,8 @@ class Signed(NamedTuple):
     """Date and version, with room for a name and a signature; what comes behind it begins a page."""
 
     text: str
+    name: str = "Name:"
+    hand: str = "Signature:"
 
 
 class Picture(NamedTuple):
@@ -119,42 +123,62 @@ GLOSSARY = "docs/glossary.md"
 
 
 def report_blocks(
-    case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
+    case: Case,
+    answer: Answer,
+    simulation: SimulationAnswer | None = None,
+    blow: BlowAnswer | None = None,
+    language: str = "en",
 ) -> list[Block]:
-    """What a report has of a case, its steady motions or its cycle, its blow, and a simulated motion.
+    """What a report has of a case, its steady motions or its cycle, its blow, and a simulated motion, in a language.
 
     The first page of one hammer has the answer, a drawing to scale, the few figures that matter, what was assumed, and
     a place to sign, which other reports have at their end. A comparison, and a design, is told with all its cases.
     """
     from percuss import plot
 
+    words = translation(language)
+    drawn = partial(picture_of, words=words)
     report, picture, caption = answer_told(answer)
     blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
     signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
-    figures: list[Block] = [picture_of(picture, caption)]
+    figures: list[Block] = [drawn(picture, caption)]
     if isinstance(hammer, SteadyAnswer | MachineAnswer):
-        blocks += [*_first_page(case, hammer), *_warned(answer), signed]
+        blocks += [*_first_page(case, hammer, words), *_warned(answer), signed]
         figures.insert(0 if isinstance(hammer, SteadyAnswer) else 1, Heading("Appendix: all figures"))
     if isinstance(hammer, MachineAnswer):
         blocks.append(figures.pop(0))
     if blow is not None:
         struck = blow_report(blow)
-        blocks += [Heading("The blow by waves"), Lead(struck.summary), picture_of(plot.blow(blow), BLOW)]
+        blocks += [Heading("The blow by waves"), Lead(struck.summary), drawn(plot.blow(blow), BLOW)]
         blocks += _parts(struck.sections)
     blocks += [*figures, *_parts(report.sections)]
     if simulation is not None:
         moved = motion_report(simulation, 0)
-        drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
+        shown = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         blocks += [Heading("Simulated motion"), Lead(moved.summary), *_parts(moved.sections[1:])]
-        blocks.append(picture_of(drawn(simulation), "The motion from the start of the case"))
+        blocks.append(drawn(shown(simulation), "The motion from the start of the case"))
     both = answer.comparison if isinstance(answer, DesignAnswer) else answer
     several = zip(both.names, both.cases, strict=True) if isinstance(both, Comparison) else ()
     for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
         blocks += [Heading(heading), Listing(told.to_toml())]
     if signed not in blocks:
         blocks.append(signed)
-    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless; terms: {GLOSSARY}")]
+    blocks.append(Footer(f"percuss {__version__}; numbers without a unit are dimensionless; terms: {GLOSSARY}"))
+    return [_said(block, words) for block in blocks]
+
+
+def _said(block: Block, words: Callable[[str], str]) -> Block:
+    """A block in other words; a picture has its own, and what is listed stays."""
+
+    def told(value: Any) -> Any:
+        if isinstance(value, str):
+            return words(value)
+        return value if isinstance(value, int) else [told(one) for one in value]
+
+    if isinstance(block, Listing):
+        return block
+    return block._replace(**{name: told(value) for name, value in block._asdict().items() if name != "svg"})
 
 
 def answer_told(answer: Answer) -> tuple[Report, Figure, str]:
@@ -194,14 +218,14 @@ def answer_told(answer: Answer) -> tuple[Report, Figure, str]:
 # ---- The first page of a report on one hammer: the answer, a drawing, the few figures that matter, what was assumed
 
 
-def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer) -> list[Block]:
+def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer, words: Callable[[str], str]) -> list[Block]:
     whole, given = answer.whole, answer.uncertainty
     blocks: list[Block] = []
     hammer = answer.system if isinstance(answer, SteadyAnswer) else answer.machine
     if case.is_si and hammer.bar is not None and case.tables.body is None:
         rod = None if whole.tool is None else whole.tool.target
         tool = rod.pieces if isinstance(rod, Rod) and rod.impedance is None else ()
-        blocks += [Picture(bar_outline(hammer, tool)), Rows(_SIZES, _sizes(hammer.bar.pieces, tool))]
+        blocks += [Picture(bar_outline(hammer, tool, words)), Rows(_SIZES, _sizes(hammer.bar.pieces, tool))]
     cards = []
     for name in HEADLINE:
         value = None if name == "stress" and answer.transfer is not None else whole.value(name)  # then told by bodies
@@ -264,10 +288,12 @@ def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:
             yield from (Heading(part.heading, part.level + 1), Rows((), part.rows))
 
 
-def picture_of(figure: Figure, caption: str) -> Picture:
-    """A figure as a block; the same figure gives the same bytes."""
+def picture_of(figure: Figure, caption: str, words: Callable[[str], str] = str) -> Picture:
+    """A figure as a block, its texts in other words; the same figure gives the same bytes."""
     from percuss import plot
+    from percuss.plot.canvas import reword
 
+    reword(figure, words)
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
         path = Path(folder, "figure.svg")
         plot.save(figure, path)

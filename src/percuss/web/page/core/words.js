@@ -21,7 +21,7 @@ export function useLanguage(name) {
 
 /** A key of a case, "load.ports[0].delay". */
 const KEY = /^[\w[\]]+(\.[\w[\]]+)+$/;
-const NUMBER = /(?:−|(?<![^\s(=[])-)?(?<![\w.])\d+(?:\.\d+)?(?![\w.]*\.\d)(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?/g;
+const NUMBER = /(?:−|(?<![^\s(=[])-)?(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\.\d)(?:·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?/g;
 const FILLED = /#(\d?)|\{(\d?)\}/g;
 
 /** Texts that the catalogue does not have; a test of the page finds none. @type {Set<string>} */
@@ -74,8 +74,9 @@ export function tr(text) {
 }
 
 // What stands between texts that are translated each for itself: sentences, clauses; what ends one; what a list has.
-const SENTENCES = [/((?<=[.!?])\s+)/, /((?<=;)\s+)/, /( — | · )/, /(: )/];
-const ENDS = /([.;:…▸▾?]+$|^[▴●○✓]\s?|^\d+ (?=\p{Lu}))/u;
+const SENTENCES = [/((?<=[.!?])\s+)/, /((?<=;)\s+)/, /( — | · | \/ )/, /(: )/];
+const END = /([.;:…▸▾?]+$)/;
+const MARK = /(^[▴●○✓]\s?|^\d+ (?=\p{Lu}))/u;
 const PARTS = /(, | = | \((?=[\w.[\]]*\.[\w.[\]]*\)$)| \[(?=[^[\]]*\]$)|[)\]]$)/;
 
 /** The translation of a text, and a note of what there is none of. @param {string} text @returns {string} */
@@ -93,18 +94,26 @@ function translated(text) {
 /** The translation of a text by the catalogue: as a whole, with its first letter small, or part by part where all are
  * known; null where there is none. @param {string} text @returns {string | null} */
 function known(text) {
-  const whole = phrase(text) ?? template(text) ?? (isWordless(text) ? withCommas(text) : null);
+  const ended = phrase(text) ?? inParts(text, END) ?? template(text);
+  const whole = ended ?? (isWordless(text) ? withCommas(text) : null);
   if (whole !== null) return whole;
   const small = text[0].toLowerCase() + text.slice(1);
   const uncapped = small === text ? null : (phrase(small) ?? template(small));
   if (uncapped !== null) return uncapped[0].toUpperCase() + uncapped.slice(1);
-  for (const marks of [/(^\s+|\s+$)/, ...SENTENCES, ENDS, PARTS]) {
-    const parts = text.split(marks);
-    if (parts.length === 1) continue;
-    const found = parts.map((part, i) => (i % 2 || !part ? part : known(part)));
-    if (found.every((part) => part !== null)) return found.join("");
+  for (const marks of [/(^\s+|\s+$)/, ...SENTENCES, MARK, PARTS]) {
+    const found = inParts(text, marks);
+    if (found !== null) return found;
   }
   return null;
+}
+
+/** The same of a text with such marks in it, where all that stands between them is known.
+ * @param {string} text @param {RegExp} marks @returns {string | null} */
+function inParts(text, marks) {
+  const parts = text.split(marks);
+  if (parts.length === 1) return null;
+  const found = parts.map((part, i) => (i % 2 || !part ? part : known(part)));
+  return found.every((part) => part !== null) ? found.join("") : null;
 }
 
 /** @param {string} text */
@@ -139,7 +148,7 @@ function filledIn(target, numbers, words) {
 }
 
 /** @param {string} text */
-const withCommas = (text) => text.replace(NUMBER, (number) => number.replace(".", ",").replace("-", "−"));
+const withCommas = (text) => text.replace(NUMBER, (number) => number.replace(".", ",").replace(/^-/, "−"));
 
 /** Whether a text has nothing to translate: numbers, units and symbols. @param {string} text */
 const isWordless = (text) =>

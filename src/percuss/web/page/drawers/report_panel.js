@@ -15,6 +15,7 @@ import {
   switchesItself,
   view,
 } from "../core/state.js";
+import { language } from "../core/words.js";
 
 /** @typedef {NonNullable<ReturnType<typeof chosen>>} Found */
 /** @typedef {Record<string, any>} Answer */
@@ -29,7 +30,7 @@ export function start(place) {
   const save = async (/** @type {string} */ paper) => {
     for (const one of buttons) one.disabled = true;
     put(status, "Writing the report …");
-    const body = { case: data.tables, periods: [view.m], simulate: simulated.checked, paper };
+    const body = { case: data.tables, periods: [view.m], simulate: simulated.checked, paper, language };
     await saveFile("report", body, `${fileName()}.${paper ? "pdf" : "html"}`, status);
     for (const one of buttons) one.disabled = false;
   };
