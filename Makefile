@@ -70,8 +70,8 @@ docs: $(DEV)  ## build the documentation into build/docs
 	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
 	@echo "build/docs/index.html"
 
-bench: $(DEV)  ## measure the speeds that the package promises
-	$(BIN)/python benchmarks/run.py
+bench: $(DEV)  ## measure the speeds that the package promises; COMPARE=REF: beside another commit, fails where 5 % worse
+	$(BIN)/python benchmarks/run.py $(COMPARE:%=--compare %)
 
 wheel: $(RUN)  ## the wheel into dist/, with machine code of the kernels for x86-64-v3, so that nobody waits for a compiler
 	PERCUSS_MACHINE_CODE=1 $(PIP) wheel --no-deps --no-build-isolation -w dist .

@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from blow import blow
+from comparing import compared
 from explore_cells import explore_cells
 from explore_running import explore_running
 from machines import machines
@@ -54,6 +55,13 @@ def process(*arguments: str) -> Callable[[], object]:
     return lambda: subprocess.run([sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL)
 
 
+def peak(*arguments: str) -> float:
+    """The most memory that such a process takes, in MB."""
+    child = subprocess.Popen([sys.executable, *arguments], stdout=subprocess.DEVNULL)
+    _, _, used = os.wait4(child.pid, 0)
+    return used.ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+
+
 def pneumatic(s: float = 20.0, d: float = 0.0048) -> System:
     return System(s=s, d=d, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 
@@ -68,27 +76,47 @@ def processes() -> list[Row]:
         table = np.column_stack([np.cumsum(0.106 * noise[:, 0]), 1.4 * noise[:, 1]])
         np.savetxt(blows, table, "%.6f", ",", header="time [s],rebound speed [m/s]", comments="")
         subprocess.run([sys.executable, "-m", "percuss", "new", "hydraulic-drifter", "-o", case], check=True)
-        for name, limit, arguments in (
-            ("percuss --help", 0.3, ["--help"]),
-            ("percuss steady, measured history", 1.0, ["steady", case]),
-            ("percuss steady --starts 0, measured history", 1.0, ["steady", case, "--starts", "0"]),
-            ("percuss steady --json, measured history", 1.0, ["steady", case, "--json"]),
-            ("percuss steady, harmonic load", 1.0, ["steady", "mini-breaker"]),
-            ("percuss simulate", 0.8, ["simulate", "mini-breaker"]),
-            ("percuss machine, rigid and N = 32, margins and what 10 % more do", 0.8, ["machine", "valve-breaker"]),
-            ("percuss steady --reach, harmonic load", 3.0, ["steady", "pneumatic-jackleg", "--reach"]),
-            ("percuss steady --reach, measured history", 3.0, ["steady", case, "--reach"]),
-            ("percuss steady --reach, a valve that the piston switches", 3.0, ["steady", "valve-breaker", "--reach"]),
-            ("percuss steady --reach, a valve with ringing", 3.0, ["steady", "valve-drifter", "--reach"]),
-            ("percuss compare, two drifters and their blows", 3.0, ["compare", "hydraulic-drifter", "stepped-drifter"]),
-            ("percuss report, under a clock", 3.0, ["report", "hydraulic-drifter", "-o", report]),
-            ("percuss report, a valve with ringing", 3.0, ["report", "valve-drifter", "-o", report]),
-            ("percuss report, a stepped piston", 3.0, ["report", "stepped-drifter", "-o", report]),
-            ("percuss identify, two numbers of 200 blows", 3.0, ["identify", "valve-breaker", "--blows", blows]),
-        ):
-            seconds = median(process("-m", "percuss", *arguments))
-            beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"
-            rows.append((name, f"{seconds:.3f} s", f"{limit} s", beside))
+        for name, limit, words in (
+            ("--help", 0.05, ["--help"]),
+            ("steady, measured history", 0.7, ["steady", case]),
+            ("steady --starts 0, measured history", 0.7, ["steady", case, "--starts", "0"]),
+            ("steady --json, measured history", 0.5, ["steady", case, "--json"]),
+            ("steady, harmonic load", 0.7, ["steady", "mini-breaker"]),
+            ("simulate", 0.6, ["simulate", "mini-breaker"]),
+            ("machine, rigid and N = 32, margins and what 10 % more do", 0.6, ["machine", "valve-breaker"]),
+            ("machine, with oil that flows", 0.6, ["machine", "oil-drifter"]),
+            ("blow", 0.6, ["blow", "hydraulic-drifter"]),
+            ("orbits", 0.7, ["orbits", "mini-breaker"]),
+            ("follow", 0.7, ["follow", "mini-breaker", "--along", "restitution=0.05:0.3"]),
+            ("steady --reach, harmonic load", 1.5, ["steady", "pneumatic-jackleg", "--reach"]),
+            ("steady --reach, measured history", 1.5, ["steady", case, "--reach"]),
+            ("steady --reach, a valve that the piston switches", 1.5, ["steady", "valve-breaker", "--reach"]),
+            ("steady --reach, a valve with ringing", 1.5, ["steady", "valve-drifter", "--reach"]),
+            ("follow --curve all, over two parameters", 10.0, [
+                "follow", "mini-breaker", "--along", "load_factor=0.2:1.2", "--over", "restitution=0:0.6",
+                "--curve", "all",
+            ]),
+            ("diagram, 120 values", 2.5, ["diagram", "pneumatic-jackleg", "--along", "load_factor=0.3:1.2:120"]),
+            ("sweep, labels, 12 × 12", 0.7, [
+                "sweep", "mini-breaker", "--x", "restitution=0:0.6:12", "--y", "load_factor=0.2:1:12",
+                "--quantity", "label",
+            ]),
+            ("sweep, Lyapunov exponents of 400 values, N = 8", 60.0, [
+                "sweep", "pneumatic-jackleg", "--x", "load_factor=0.3:1.2:400", "--quantity", "lyapunov",
+                "--modes", "8", "--yes",
+            ]),
+            ("compare, two drifters and their blows", 3.0, ["compare", "hydraulic-drifter", "stepped-drifter"]),
+            ("report, under a clock", 3.0, ["report", "hydraulic-drifter", "-o", report]),
+            ("report, a valve with ringing", 3.0, ["report", "valve-drifter", "-o", report]),
+            ("report, a stepped piston", 3.0, ["report", "stepped-drifter", "-o", report]),
+            ("identify, two numbers of 200 blows", 3.0, ["identify", "valve-breaker", "--blows", blows]),
+        ):  # fmt: skip
+            arguments = ["-m", "percuss", *words]
+            taken = median(process(*arguments), 7 if limit < 2.0 else 3)
+            beside = f"{taken / empty:.1f} × python -c pass, {taken / numpy:.2f} × import numpy"
+            rows.append(
+                (f"percuss {name}", f"{taken:.3f} s", f"{limit} s", f"{beside}; {peak(*arguments):.0f} MB at most")
+            )
     return rows
 
 
@@ -228,7 +256,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md, the groups measured now")
     parser.add_argument("--only", choices=sorted(GROUPS), action="append", help="one group; may be given several times")
+    parser.add_argument(
+        "--compare", metavar="REF", help="beside another commit, in turn; fails where a row is 5 % worse"
+    )
     options = parser.parse_args()
+    if options.compare:
+        sys.exit(compared(options.compare, options.only or list(GROUPS)))
     target = (ROOT if options.keep else ROOT.parent / "build" / "bench") / "RESULTS.md"
     target.parent.mkdir(parents=True, exist_ok=True)
     known = sections(target.read_text(encoding="utf-8")) if target.exists() else {}

@@ -175,7 +175,7 @@ def test_it_ends_where_the_parameter_does(branch: Branch) -> None:
 
 
 def test_it_stops_when_told(branch: Branch) -> None:
-    curve = follow_point(the(branch, "flip"), PLANE, ((0.1, 0.9), (0.2, 1.2)), progress=after(60))
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.1, 0.9), (0.2, 1.2)), progress=after(20))
     assert curve.ends[0].kind is BranchEvent.STOPPED
     assert len(curve.values) > 2
 

@@ -83,8 +83,9 @@ def test_machine_code_that_was_brought_serves_its_sources_on_its_processors(tmp_
 
 COMMANDS = """steady mini-breaker; steady hydraulic-drifter --reach; steady valve-breaker; steady drill-string
 machine oil-drifter; machine valve-breaker; report hydraulic-drifter -o r.html; report valve-drifter -o v.html
-design valve-breaker --most blow_energy --vary bar.length=1100:1300mm --hammers 30; tolerance mini-breaker --samples 40
-compare hydraulic-drifter stepped-drifter; identify valve-drifter --pressure 175bar --flow '123 l/min' --rate 68Hz
+design valve-breaker --most blow_energy --vary bar.length=1100:1300mm --hammers 30
+tolerance mini-breaker --samples 100; compare hydraulic-drifter stepped-drifter
+identify valve-drifter --pressure 175bar --flow '123 l/min' --rate 68Hz --energy 277J
 simulate mini-breaker; simulate valve-breaker; simulate oil-breaker; orbits mini-breaker --label 2/1
 follow mini-breaker --along restitution=0.05:0.3; diagram mini-breaker --along restitution=0.05:0.3:4
 blow hydraulic-drifter; sweep mini-breaker --x restitution=0:0.9:4 --quantity label,lyapunov

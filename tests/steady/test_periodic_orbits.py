@@ -53,6 +53,30 @@ def test_orbits_of_the_figures(name: str) -> None:
         assert tops.max() == pytest.approx(greatest, abs=1e-4)
 
 
+@pytest.mark.parametrize("name", [name for name in of_kind("orbit") if ENTRIES[name]["system"]["modes"]])
+def test_what_compiled_functions_say_of_a_flight_is_what_its_sums_say(name: str) -> None:
+    orbit = orbit_near(system_of(ENTRIES[name]), times_of(ENTRIES[name]), periods_of(ENTRIES[name]))
+    assert orbit is not None
+    tops = []  # flight, time and height of every maximum, the highest first
+    for i, flight in enumerate(orbit.flights):
+        t = np.linspace(0.0, flight.period, 20_001)
+        y, rate = flight.end_motion(t, orbit.modes)
+        for at in (0.3 * flight.period, 0.9 * flight.period):
+            there = np.array([at - 1e-6, at, at + 1e-6])
+            (_, height, _), rates = flight.end_motion(there, orbit.modes)
+            assert orbit.end_at(i, at)[:2] == pytest.approx([height, rates[1]], rel=1e-9, abs=1e-11)
+            assert orbit.end_at(i, at)[2] == pytest.approx((rates[2] - rates[0]) / 2e-6, rel=1e-4, abs=1e-4)
+        here = np.flatnonzero((rate[:-1] > 0.0) & (rate[1:] <= 0.0))
+        tops += [(i, float(t[k]), float(y[k])) for k in here]
+    tops.sort(key=lambda top: -top[2])
+    left = [orbit.sampled, *(orbit.sampled_but(flight, time) for flight, time, _ in tops[:1])]
+    for (flight, _, height), found in zip(tops, left, strict=False):
+        assert found.flight == flight and found.height == pytest.approx(height, abs=1e-5)
+    assert tops or orbit.sampled.height == -math.inf
+    about = orbit.sampled_but(impact=1 % orbit.impacts)
+    assert about.height <= orbit.sampled.height
+
+
 @pytest.mark.parametrize(("name", "i"), POINTS)
 def test_special_points_of_the_figures(name: str, i: int) -> None:
     entry = ENTRIES[name]

@@ -11,7 +11,6 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import FlipForm, press
 from percuss.explore.continuation.missed_events import halves
@@ -45,7 +44,7 @@ from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit
-from percuss.steady.flight import Flight
+from percuss.steady.periodic.periodic_orbit import SampledFlights
 
 _LATE = 1e-4  # rad, by which the acceleration of the end is asked for
 
@@ -90,8 +89,7 @@ class Touch(Condition):
     kind = BranchEvent.TOUCH
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        y, velocity = orbit.flights[self.flight].end_motion(extra, orbit.modes)
-        return np.array([y[0], velocity[0]])
+        return orbit.end_at(self.flight, float(extra[0]))[:2]
 
 
 @dataclass(frozen=True)
@@ -313,8 +311,6 @@ def without_what_follows(found: list[LocatedEvent], condition: Condition, alike:
 
 # ---- Whether a motion that fulfils a condition is an orbit otherwise: its impacts strike, and it stays off the wall
 
-_PER_WAVE, _FEWEST = 8, 96  # samples in a period of the fastest mode, and of a flight
-_SAME = 1e-4  # rad: a maximum as near to the grazing is the grazing
 _ROUNDING = 1e-11  # of 1, below which it is 0: the same grazing in another load period of the cycle
 
 
@@ -341,39 +337,20 @@ _LOST = BranchEvent.WITH_DEATH, BranchEvent.WITH_TOUCH, BranchEvent.WITH_STICKIN
 
 def clearance_at(curve: ExtendedCurve, point: CurvePoint) -> Clearance:
     """How far the motion at a point of the curve is from being no orbit, but for its condition."""
-    orbit, condition, extra = curve.motion(point.x), curve.condition, curve.extra(point.x)
-    dying = condition.which if isinstance(condition, Death) else -1
+    orbit = curve.motion(point.x)
+    dying = curve.condition.which if isinstance(curve.condition, Death) else -1
     speeds = [float(speed) for i, speed in enumerate(orbit.speeds) if i != dying]
-    least = 1.0
-    for i, flight in enumerate(orbit.flights):
-        times, heights = maxima(flight, orbit.modes)
-        own = np.zeros(times.size, dtype=bool)
-        if isinstance(condition, Touch) and i == condition.flight:
-            own = np.abs(times - extra[0]) < _SAME
-        if i == dying:
-            own = times < _SAME
-        if (i + 1) % orbit.impacts == dying:
-            own = own | (times > flight.period - _SAME)
-        least = min(least, float(-heights[~own].max(initial=-1.0)))
     leaving = 1.0 if orbit.system.contact.rebounds else -press(orbit)[0]
-    found = min(speeds, default=math.inf), least, leaving
+    found = min(speeds, default=math.inf), min(1.0, -highest(curve, point.x).height), leaving
     return Clearance(*(0.0 if abs(margin) < _ROUNDING else margin for margin in found))
 
 
-def maxima(flight: Flight, modes: int) -> tuple[Array, Array]:
-    """The local maxima of the gap function inside a flight: times after its start, and heights."""
-    load, known = flight.system.load, flight.system.body.modes(modes, flight.system.load.at)
-    fastest = max(float(known.omega[-1]) if modes else 1.0, 1.0 if load.is_piecewise else float(load.harmonics[-1]))
-    number = max(_FEWEST, int(_PER_WAVE * fastest * flight.period / (2.0 * math.pi)))
-    t = np.linspace(0.0, flight.period, number + 1)
-    speed = flight.end_motion(t, modes)[1]
-    here = np.flatnonzero((speed[:-1] > 0.0) & (speed[1:] <= 0.0))
-    if not here.size:
-        return np.empty(0), np.empty(0)
-    tops = bracketed_roots(
-        lambda times: flight.end_motion(times, modes)[1], t[here], t[here + 1], speed[here], speed[here + 1]
-    )
-    return tops, flight.end_motion(tops, modes)[0]
+def highest(curve: ExtendedCurve, x: Array) -> SampledFlights:
+    """The greatest maximum of the gap function inside the flights of a motion, but for that of the condition itself."""
+    orbit, condition = curve.motion(x), curve.condition
+    if isinstance(condition, Touch):
+        return orbit.sampled_but(flight=condition.flight, time=float(curve.extra(x)[0]))
+    return orbit.sampled_but(impact=condition.which if isinstance(condition, Death) else -1)
 
 
 # ---- Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs
@@ -588,11 +565,10 @@ class PointWalk(Walk):
         condition, x = self.curve.condition, one.point.x
         if not (isinstance(condition, Touch) and self.curve.modes):
             return None
-        tops, heights = maxima(self.curve.motion(x).flights[condition.flight], self.curve.modes)
-        others = np.abs(tops - x[-1]) > _SAME
-        if not np.any(others) or abs(float(heights[others].max())) > _BOTH:
+        top, orbit = highest(self.curve, x), self.curve.motion(x)
+        if top.flight != condition.flight or not abs(top.height) <= _BOTH:
             return None
-        other = np.append(x[:-1], tops[others][int(np.argmax(heights[others]))])
+        other = np.append(x[:-1], top.time - (orbit.times[top.flight] - orbit.times[0]))
         try:
             matrix, own = self.curve.matrix(other), self.curve.matrix(x)[-2]  # how the height of this touch changes
             tangent = np.linalg.svd(matrix)[2][-1]

@@ -39,6 +39,7 @@ class OrbitKernels(NamedTuple):
     passage: Callable[..., None]
     singularity: Callable[..., float]
     flown: Callable[..., None]
+    end_at: Callable[..., None]
     search: Callable[..., None]
     corrected: Callable[..., tuple[int, int]]
     derivatives: Callable[..., None]
@@ -51,7 +52,7 @@ def orbit_kernels() -> OrbitKernels:
     from percuss.steady.periodic.kernels import forced_passage, searching
 
     found: Any = (
-        forced_passage.passage, searching.singularity, forced_passage.flown,
+        forced_passage.passage, searching.singularity, forced_passage.flown, forced_passage.end_at,
         searching.search, searching.corrected, searching.derivatives,
     )  # fmt: skip
     return OrbitKernels(*found)

@@ -379,11 +379,21 @@ class PeriodicOrbit(Repeating):
     @cached_property
     def sampled(self) -> SampledFlights:
         """The flights looked at eight times in each period of the fastest mode, by compiled functions."""
-        found = np.empty(4)
-        orbit_kernels().flown(self._passage.room, found)
-        height, time, flight, proven = found.tolist()
+        return self.sampled_but()
+
+    def sampled_but(self, flight: int = -1, time: float = 0.0, impact: int = -1) -> SampledFlights:
+        """The same without a maximum that is known, in a flight at a time after its impact, and those at an impact."""
+        found, apart = np.empty(4), np.array([flight, time, impact], dtype=float)
+        orbit_kernels().flown(self._passage.room, found, apart)
+        height, when, which, proven = found.tolist()
         height = -math.inf if math.isnan(height) else height
-        return SampledFlights(height, self.times[int(flight)] - self.times[0] + time, int(flight), proven == 1.0)
+        return SampledFlights(height, self.times[int(which)] - self.times[0] + when, int(which), proven == 1.0)
+
+    def end_at(self, flight: int, time: float) -> Array:
+        """The gap function, its rate and its acceleration in a flight, at a time after its impact; shape (3,)."""
+        found = np.empty(3)
+        orbit_kernels().end_at(self._passage.room, flight, time, found)
+        return found
 
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:

@@ -531,15 +531,20 @@ BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE, STEADY_BEND, RINGING = range(9)
 HEIGHT, WHEN, WHICH, PROVEN = range(4)
 
 
+# a maximum that is left out: in which flight, when after the impact; and the impact about which all are
+FLIGHT_APART, TIME_APART, IMPACT_APART = range(3)
+SAME = 1e-4  # rad: a maximum as near to what is left out is left out
+
+
 @entry
-def flown(room, found):
+def flown(room, found, apart):
     """The greatest maximum inside the flights of the motion in a room, and whether the bar is proved to stay off."""
     ends_of_waves(room)
     found[HEIGHT], found[WHEN], found[WHICH], found[PROVEN] = -math.inf, 0.0, 0.0, 1.0
     for i in range(room.impacts.shape[1]):
         if room.impacts[SPEED, i] <= 0.0 or room.numbers[BETA] >= 0.0:
             found[PROVEN] = 0.0
-        flight(room, i, found)
+        flight(room, i, found, apart)
 
 
 @inner
@@ -554,12 +559,51 @@ def ends_of_waves(room):
         spun[H_RE, j], spun[H_IM, j] = re, im
 
 
+@entry
+def end_at(room, i, time, found):
+    """y, y' and y'' of the striking end in a flight, at a time after its impact."""
+    ends_of_waves(room)
+    at, whole = room.stretch, room.impacts[FLIGHT, i]
+    begun(room, i)
+    if room.steps.shape[1] == 0:
+        on_waves(room, i)
+        found[0], found[1], found[2] = placed(room, time)
+        return
+    gone, level, rate, last = 0.0, 0.0, room.impacts[REBOUND, i], 0.0
+    for _ in range(room.steps.shape[1] * (2 + int(whole / TURN))):
+        last = on_step(room, i, gone, rate, level, last)
+        if time <= gone + at[LONG] or gone + at[LONG] >= whole * (1.0 - 1e-14):
+            break
+        level, rate = left_behind(room)
+        gone += at[LONG]
+    found[0], found[1], found[2] = placed(room, time - gone)
+
+
 @inner
-def flight(room, i, found):
+def flight(room, i, found, apart):
     """One flight: its stretches, one after the other."""
-    impacts, modal, free, carried, at = room.impacts, room.modal, room.free, room.carried, room.stretch
+    at, whole, time = room.stretch, room.impacts[FLIGHT, i], 0.0
+    samples = max(FEWEST, PER_WAVE * begun(room, i) * whole / TURN)
+    if room.steps.shape[1] == 0:
+        on_waves(room, i)
+        stretch(room, i, 0.0, whole, max(LEAST, int(samples)), found, apart)
+        return
+    rate, level, last = room.impacts[REBOUND, i], 0.0, 0.0
+    for _ in range(room.steps.shape[1] * (2 + int(whole / TURN))):
+        last = on_step(room, i, time, rate, level, last)
+        long = at[LONG]
+        level, rate = stretch(room, i, time, whole, max(LEAST, int(samples * long / whole)), found, apart)
+        time += long
+        if time >= whole * (1.0 - 1e-14):
+            return
+    found[PROVEN] = 0.0
+
+
+@inner
+def begun(room, i):
+    """The x_n at the begin of a flight, and the highest frequency in it."""
+    modal, free, carried = room.modal, room.free, room.carried
     alpha, beta, by_steps = room.numbers[ALPHA], room.numbers[BETA], room.steps.shape[1] > 0
-    whole, time = impacts[FLIGHT, i], 0.0
     fastest = 1.0 if by_steps else room.waves[K, room.waves.shape[1] - 1]
     for n in range(modal.shape[1]):
         fastest = max(fastest, modal[OMEGA, n])
@@ -567,35 +611,49 @@ def flight(room, i, found):
         if not by_steps:
             free[X, n] -= carried[F, n, i]
             free[X_RATE, n] -= carried[F_RATE, n, i]
-    samples = max(FEWEST, PER_WAVE * fastest * whole / TURN)
-    if not by_steps:
-        at[BEGIN], at[LONG] = impacts[TIME, i], whole
-        at[FORCED], at[DRIFT] = room.numbers[PUSH], impacts[REBOUND, i] - impacts[V_FORCED, i]
-        at[LEVEL] = 0.0
-        bounded(room, impacts[REBOUND, i])
-        at[LEVEL] = -placed(room, 0.0)[0]
-        stretch(room, i, 0.0, whole, max(LEAST, int(samples)), found)
-        return
-    rate, level, last = impacts[REBOUND, i], 0.0, 0.0
-    for _ in range(room.steps.shape[1] * (2 + int(whole / TURN))):
-        piece, since = piece_at(room.steps, impacts[TIME, i] + time)
-        long = min(room.steps[LENGTH, piece] - since, whole - time)
-        if long <= 1e-12:  # at the very end of a step
-            piece, long = (piece + 1) % room.steps.shape[1], 0.0
-            long = min(room.steps[LENGTH, piece], whole - time)
-        force = room.steps[VALUE, piece]
-        for n in range(modal.shape[1]):
-            free[X, n] += (last - force) / modal[SQUARE, n]
-        last = force
-        at[BEGIN], at[LONG] = impacts[TIME, i] + time, long
-        at[FORCED], at[DRIFT], at[LEVEL] = room.numbers[FREE] * force, rate, 0.0
-        bounded(room, rate)
-        at[LEVEL] = level - placed(room, 0.0)[0]
-        level, rate = stretch(room, i, time, whole, max(LEAST, int(samples * long / whole)), found)
-        time += long
-        if time >= whole * (1.0 - 1e-14):
-            return
-    found[PROVEN] = 0.0
+    return fastest
+
+
+@inner
+def on_waves(room, i):
+    """The stretch of a flight under harmonics: all of it."""
+    impacts, at = room.impacts, room.stretch
+    at[BEGIN], at[LONG] = impacts[TIME, i], impacts[FLIGHT, i]
+    at[FORCED], at[DRIFT] = room.numbers[PUSH], impacts[REBOUND, i] - impacts[V_FORCED, i]
+    at[LEVEL] = 0.0
+    bounded(room, impacts[REBOUND, i])
+    at[LEVEL] = -placed(room, 0.0)[0]
+
+
+@inner
+def on_step(room, i, time, rate, level, last):
+    """The stretch under one step of the load, from a time of the flight and the force before on; returns the force."""
+    impacts, modal, free, at, whole = room.impacts, room.modal, room.free, room.stretch, room.impacts[FLIGHT, i]
+    piece, since = piece_at(room.steps, impacts[TIME, i] + time)
+    long = min(room.steps[LENGTH, piece] - since, whole - time)
+    if long <= 1e-12:  # at the very end of a step
+        piece, long = (piece + 1) % room.steps.shape[1], 0.0
+        long = min(room.steps[LENGTH, piece], whole - time)
+    force = room.steps[VALUE, piece]
+    for n in range(modal.shape[1]):
+        free[X, n] += (last - force) / modal[SQUARE, n]
+    at[BEGIN], at[LONG] = impacts[TIME, i] + time, long
+    at[FORCED], at[DRIFT], at[LEVEL] = room.numbers[FREE] * force, rate, 0.0
+    bounded(room, rate)
+    at[LEVEL] = level - placed(room, 0.0)[0]
+    return force
+
+
+@inner
+def left_behind(room):
+    """The x_n moved to the end of the stretch; y and the velocity of the bar as a whole there."""
+    at, modal, free, d = room.stretch, room.modal, room.free, room.numbers[DRAG]
+    y, _, _ = placed(room, at[LONG])
+    for n in range(modal.shape[1]):
+        a, b, c, e = propagated(modal, n, at[LONG])
+        u, v = free[X, n], free[X_RATE, n]
+        free[X, n], free[X_RATE, n] = a * u + b * v, c * u + e * v
+    return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[FORCED] * at[LONG] * phi1(d * at[LONG])
 
 
 @inner
@@ -649,10 +707,10 @@ def placed(room, t):
 
 
 @inner
-def stretch(room, i, time, whole, number, found):
+def stretch(room, i, time, whole, number, found, apart):
     """Sample a stretch that begins at a time of its flight; y and the velocity of the bar as a whole at its end."""
     at, modal, free, waves, spun = room.stretch, room.modal, room.free, room.waves, room.spun
-    d, step = room.numbers[DRAG], at[LONG] / number
+    step = at[LONG] / number
     for n in range(modal.shape[1]):
         free[PA, n], free[PB, n], free[PC, n], free[PE, n] = propagated(modal, n, step)
         free[NOW, n], free[NOW_RATE, n] = free[X, n], free[X_RATE, n]
@@ -685,16 +743,11 @@ def stretch(room, i, time, whole, number, found):
             t = m * step
             y, rate = sampled(room, t)
             if speed > 0.0 and rate <= 0.0 and max(y, before) + 0.25 * (speed - rate) * step > found[HEIGHT]:
-                top(room, i, time, t - step, t, found)
+                top(room, i, time, t - step, t, found, apart)
             if time + t > safe_start and time + t - step < safe_stop and max(y, before) + reach + small >= 0.0:
                 found[PROVEN] = 0.0
             before, speed = y, rate
-    y, rate, _ = placed(room, at[LONG])
-    for n in range(modal.shape[1]):
-        a, b, c, e = propagated(modal, n, at[LONG])
-        u, v = free[X, n], free[X_RATE, n]
-        free[X, n], free[X_RATE, n] = a * u + b * v, c * u + e * v
-    return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[FORCED] * at[LONG] * phi1(d * at[LONG])
+    return left_behind(room)
 
 
 @inner
@@ -744,8 +797,8 @@ def sampled(room, t):
 
 
 @inner
-def top(room, i, time, low, high, found):
-    """The maximum between two times of a stretch, noted where it is the greatest so far."""
+def top(room, i, time, low, high, found, apart):
+    """The maximum between two times of a stretch, noted where it is the greatest so far, and not left out."""
     t = 0.5 * (low + high)
     for _ in range(ROUNDS):
         y, rate, bend = placed(room, t)
@@ -760,5 +813,9 @@ def top(room, i, time, low, high, found):
             break
         t = ahead
     y, rate, bend = placed(room, t)
-    if y > found[HEIGHT]:
+    known = float(i) == apart[FLIGHT_APART] and abs(time + t - apart[TIME_APART]) < SAME
+    known = known or (float(i) == apart[IMPACT_APART] and time + t < SAME)
+    last = float((i + 1) % room.impacts.shape[1]) == apart[IMPACT_APART]
+    known = known or (last and time + t > room.impacts[FLIGHT, i] - SAME)
+    if y > found[HEIGHT] and not known:
         found[HEIGHT], found[WHEN], found[WHICH] = y, time + t, float(i)
