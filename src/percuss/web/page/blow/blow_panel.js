@@ -1,7 +1,7 @@
 // One blow, resolved by waves: striker, tool and rock in slow motion, the force, and where the energy goes.
 
 import { postBinary, problemsOf, saidOf } from "../core/api.js";
-import { button, facts, h, latest, movesByItself, put, select } from "../core/dom.js";
+import { button, facts, h, latest, put, select } from "../core/dom.js";
 import { counted, number, percent, si, withUnit } from "../core/format.js";
 import { effect, whenever } from "../core/signals.js";
 import { data, isHeld, show, view } from "../core/state.js";
@@ -42,7 +42,7 @@ function madeScene() {
     id: "blow-",
     about: "Time in the blow",
     slow: "blowSlow",
-    paced: pace,
+    moved: pace,
     least: 1,
     most: 60,
   });
@@ -70,7 +70,6 @@ export function start(panel) {
   put(panel, parts.sentence, parts.notes, parts.problem, blowCharts(), blowSliders(moved), parts.facts, parts.scale);
   effect(want);
   whenever(themeNow, () => stage.blow && (drawBlow(stage.blow, parts.units), stage.seek(stage.frame)));
-  document.addEventListener("visibilitychange", () => document.hidden && player.stop());
 }
 
 function want() {
@@ -123,7 +122,7 @@ function drawn(blow, { key, again, since }) {
   drawBlow(blow, parts.units);
   pace();
   stage.seek(stage.frame);
-  if (!again && view.panel === "blow" && movesByItself()) player.begin();
+  if (!again && view.panel === "blow") player.begin();
   if (since) canvas.dataset.wait = String(performance.now() - since); // from the slider to the frame
   if (key) canvas.dataset.key = key;
 }

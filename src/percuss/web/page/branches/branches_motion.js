@@ -1,12 +1,12 @@
 // The motion at a place of a branch: the bar in slow motion with each blow heard, and what there is to say of the orbit.
 
 import { postBinary } from "../core/api.js";
-import { $, button, div, h, latest, movesByItself, problem, put } from "../core/dom.js";
+import { $, button, div, h, latest, problem, put } from "../core/dom.js";
 import { angle, counted, few, number, si, withUnit } from "../core/format.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 import { unitsOf } from "../motion/motion_charts.js";
-import { paceOf, Player } from "../motion/player.js";
+import { Player } from "../motion/player.js";
 
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
 import { pushOf, shapeOfCase, Stage } from "../motion/stage.js";
@@ -34,7 +34,7 @@ export function motionCard(carry) {
     id: "branches-",
     about: "Time in the cycle",
     slow: "branchSlow",
-    paced: pace,
+    moved: pace,
   });
   parts.status = h("p", { class: "small muted", id: "branches-motion-status", role: "status" });
   parts.facts = h("dl", { class: "figures", id: "branches-facts" });
@@ -95,7 +95,7 @@ const askMotion = latest(
     const many = `${counted(motion.orbit.impacts.length, "blow")}${chatter}`;
     const words = tr(`The ${mover()} and the wall: ${motion.label}, ${many} in a cycle`);
     parts.stage.canvas.setAttribute("aria-label", words);
-    if (movesByItself() && view.panel === "branches") parts.player.begin();
+    if (view.panel === "branches") parts.player.begin();
   },
   (error) => noMotion(problem(error)),
 );
@@ -162,10 +162,8 @@ function pace() {
   if (!motion) return;
   const second = motion.time_scale_s;
   const real = second ? 2 * Math.PI * second : 1;
-  const { share, seconds } = paceOf(view.branchSlow, { real, usual: USUAL, longest: LONGEST });
-  parts.stage.rate = (2 * Math.PI) / seconds;
-  const slower = seconds / real < 1.01 ? "real time" : `${number(seconds / real, 2)} times slower`;
-  parts.player.tellPace(share, second ? slower : `${number(seconds, 2)} s a period`);
+  const span = { real, usual: USUAL, longest: LONGEST };
+  parts.stage.rate = (2 * Math.PI) / parts.player.paced(view.branchSlow, span, second ? "" : "period");
 }
 
 /** @param {number} time */
@@ -177,11 +175,6 @@ function ticked(time) {
 
 /** @param {any} blow */
 function struck(blow) {
-  const { stage } = parts;
-  const { dataset } = stage.canvas;
-  put(
-    $("#branches-heard"),
-    heardAs({ frequency: motion.first_mode_Hz, energy: blow.energy_J, share: stage.share(blow) }),
-  );
-  dataset.blows = String(Number(dataset.blows ?? 0) + 1);
+  const share = parts.stage.share(blow);
+  put($("#branches-heard"), heardAs({ frequency: motion.first_mode_Hz, energy: blow.energy_J, share }));
 }

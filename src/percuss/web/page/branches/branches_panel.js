@@ -5,7 +5,7 @@ import { post } from "../core/api.js";
 import { div, framed, h, latest, problem, put, settled } from "../core/dom.js";
 import { plainNumber, withUnit } from "../core/format.js";
 import { present } from "../core/moves.js";
-import { effect, whenever } from "../core/signals.js";
+import { effect, signal, untracked, whenever } from "../core/signals.js";
 import { REST, chosen, data, isHeld, modesInWords, move, show, view } from "../core/state.js";
 import { Chart, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
@@ -31,8 +31,8 @@ let key = ""; // of the question under way, or answered
 let drawn = { followed: [], others: [], thin: [] };
 /** All that can be looked at: what was followed, then the others of the diagram. @type {Branch[]} */
 let branches = [];
-/** The question that they answer. @type {Question | null} */
-let asked = null;
+/** The question that they answer. */
+const asked = signal(/** @type {Question | null} */ (null));
 /** @type {Place | null} */
 let spot = null;
 let since = 0; // the last change of the case that is not a move through the parameter
@@ -68,10 +68,13 @@ export function start(section) {
   );
   startChoices(parts.choice, search);
   effect(want, (run) => settled(run, REST));
+  whenever(
+    () => ready() && [view.every, view.settled],
+    () => asked.value && simulated(),
+  );
   effect(() => void (ready() && placed()));
   effect(() => void (view.panel !== "branches" && (pauseBranch(), stopAll())));
   repaint = effect(paint, framed);
-  document.addEventListener("visibilitychange", () => document.hidden && pauseBranch());
 }
 
 /** Ask for the branches of the case as it is now, unless they are under way or there. */
@@ -81,11 +84,9 @@ function want() {
   const begin = beginning();
   const { depth, bmodes: modes } = view;
   const now = JSON.stringify([since, axis.name, axis.from, axis.to, view.begin || [view.m, view.orbit], depth, modes]);
-  if (now === key) return simulated();
-  if (!begin)
-    return nothing(
-      "There is no steady motion to begin with: choose another one under “Other motions”, or move a slider.",
-    );
+  if (now === key) return untracked(simulated);
+  const words = "There is no steady motion to begin with: choose another one under “Other motions”, or move a slider.";
+  if (!begin) return untracked(() => nothing(words));
   key = now;
   put(parts.status, "Following …");
   askBranches({ tables: data.tables, axis, begin, depth: rests(begin) ? 0 : depth, modes, now });
@@ -96,7 +97,7 @@ const askBranches = latest(
     post("follow", { case: tables, along: askedRange(axis), orbit: begin, switch: depth, modes }),
   (found, question) => {
     if (question.now !== key) return;
-    asked = question;
+    asked.value = question;
     spot = null;
     const followed = branchesOf(found);
     chart.canvas.dataset.branches = followed.map(({ label }) => label).join();
@@ -123,10 +124,10 @@ const askBranches = latest(
 function renew(followed) {
   drawn = { followed, others: others(followed), thin: impossible };
   branches = [...drawn.followed, ...drawn.others];
-  if (branches.length) asked ??= { tables: data.tables, axis: along(), modes: view.bmodes };
+  if (branches.length) asked.value ??= { tables: data.tables, axis: along(), modes: view.bmodes };
   if (spot && !branches[spot.branch]) spot = null;
   chart.canvas.dataset.others = String(drawn.others.length);
-  if (asked) eventTable(parts.events, drawn, asked.axis, goTo);
+  if (asked.value) eventTable(parts.events, drawn, asked.value.axis, goTo);
   else put(parts.events);
   placed();
   repaint();
@@ -137,7 +138,7 @@ const more = () => renew(drawn.followed);
 
 /** @param {string | Node} words */
 function nothing(words) {
-  asked = spot = null;
+  asked.value = spot = null;
   delete chart.canvas.dataset.branches;
   put(parts.readout);
   put(parts.status, words);
@@ -174,8 +175,8 @@ const search = latest(
 
 /** The place of the address; without one, that of the present design. */
 function placed() {
-  if (!asked || dragging || !branches.length || (view.spot && spot && view.spot === kept(spot))) return;
-  const { name, from, to } = asked.axis;
+  if (!asked.value || dragging || !branches.length || (view.spot && spot && view.spot === kept(spot))) return;
+  const { name, from, to } = asked.value.axis;
   const [value, phase] = view.spot.split(",").map(Number);
   const isPlace = view.spot && Number.isFinite(value) && Number.isFinite(phase);
   const wish = isPlace ? [value, phase] : [present(data, name) ?? from, phaseNow() ?? 0];
@@ -194,12 +195,12 @@ function kept({ branch, along }) {
 
 /** Look at a place: its motion plays; the address keeps it when the user has chosen it. @param {Place | null} place */
 function look(place, told = true) {
-  if (!place || !asked) return;
+  if (!place || !asked.value) return;
   const { branch, along: here } = place;
   spot = { branch, along: here };
   const { label: motion, periods } = branches[branch];
   const row = rowAt(branches[branch], here);
-  const { tables, axis, modes } = asked;
+  const { tables, axis, modes } = asked.value;
   showMotion({ tables, along: axis, row, motion, periods, modes });
   const stable = row.stable === null ? "at the border of stability" : row.stable ? "stable" : "unstable";
   const value = withUnit(row.value, axis.unit, 5);
@@ -218,7 +219,7 @@ function goTo(branch, point) {
 }
 
 /** The hammer moved to the value of the place. @param {number} value */
-const carry = (value) => asked && move({ [asked.axis.name]: plainNumber(value, 6) });
+const carry = (value) => asked.value && move({ [asked.value.axis.name]: plainNumber(value, 6) });
 
 /* the picture */
 
@@ -226,7 +227,7 @@ let repaint = () => {};
 
 function paint() {
   if (!ready()) return;
-  const axis = asked?.axis ?? along();
+  const axis = asked.value?.axis ?? along();
   const now = present(data, axis.name);
   const up = rising();
   const height = { phase: phaseNow(), speed: chosen()?.quick.impact_velocity }[up];

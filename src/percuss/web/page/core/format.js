@@ -1,9 +1,9 @@
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
-import { converted, printed, read, shown } from "./units.js";
+import { THIN, converted, number, printed, read, shown } from "./units.js";
 import { language } from "./words.js";
 
-const THIN = "\u202f";
+export { number };
 
 /** The system of units that is read and typed: "practical", as the case and the field's data sheets have them, SI or US. */
 export const system = /** @type {import("./units.js").System} */ (localStorage.getItem("percuss-units") ?? "practical");
@@ -23,30 +23,6 @@ export function typedQuantity(text, unit) {
   const own = inSystem(1, unit).unit;
   const found = read(text, own, language);
   return found.error !== undefined ? found : { value: converted(found.value, own, unit), unit };
-}
-
-/** A number with so many significant digits; null and what is not finite as a dash.
- * @param {number | null | undefined} value @param {number} [digits] @returns {string} */
-export function number(value, digits = 4) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (value === 0) return "0";
-  const size = Math.abs(Number(value.toPrecision(digits)));
-  if (size >= 1e6 || size < 1e-4) {
-    const [head, power] = value.toExponential(Math.max(digits - 2, 1)).split("e");
-    return minus(`${head}·10${superscript(Number(power))}`);
-  }
-  const places = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
-  let text = Number(value.toPrecision(digits)).toFixed(Math.min(places, 10));
-  if (text.includes(".")) text = text.replace(/\.?0+$/, "");
-  return minus(text);
-}
-
-const minus = (/** @type {string} */ text) => text.replace(/^-/, "−");
-
-/** @param {number} power */
-function superscript(power) {
-  const digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-  return [...String(power)].map((c) => (c === "-" ? "⁻" : digits[Number(c)])).join("");
 }
 
 /** @param {number} value @param {string} unit @param {number} [digits] */

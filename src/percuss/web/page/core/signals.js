@@ -36,6 +36,9 @@ function within(reader, action) {
   }
 }
 
+/** What an action reads is not what the effect that it is in waits for. @param {() => void} action */
+export const untracked = (action) => within(null, action);
+
 /** A value that tells who has read it when it is another. @template T @param {T} initial @returns {Signal<T>} */
 export function signal(initial) {
   let value = initial;
@@ -107,7 +110,7 @@ export function whenever(key, action, later) {
     const now = key();
     if (!now || JSON.stringify(now) === before) return;
     before = JSON.stringify(now);
-    within(null, () => action(now));
+    untracked(() => action(now));
   }, later);
 }
 

@@ -253,31 +253,26 @@ export function shown(value, unit, system = "practical", kind = kindOf(unit)) {
 
 // ---- How numbers look
 
-const THIN = "\u202f";
+export const THIN = "\u202f";
 const COMMA = new Set(["de", "sv"]);
 
-/** A number with so many significant digits, thin spaces between thousands from 10 000 on, a real minus sign and the
- * language's decimal mark; what is not a finite number is a dash.
- * @param {number | null | undefined} value @param {number} [digits] @param {string} [language] */
-export function number(value, digits = 3, language = "en") {
+/** A number with so many significant digits; null and what is not finite as a dash.
+ * @param {number | null | undefined} value @param {number} [digits] @returns {string} */
+export function number(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const rounded = Number(value.toPrecision(digits));
   const size = Math.abs(rounded);
   let text;
   if (size >= 1e6 || size < 1e-4) {
-    const [head, power] = value.toExponential(Math.max(digits - 1, 1)).split("e");
-    text = `${trimmed(head)}·10${superscript(String(Number(power)))}`;
+    const [head, power] = value.toExponential(Math.max(digits - 2, 1)).split("e");
+    text = `${head}·10${superscript(String(Number(power)))}`;
   } else {
-    text = trimmed(rounded.toFixed(Math.min(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0), 20)));
-    if (size >= 1e4) text = text.replace(/\B(?=(\d{3})+(?!\d))/g, THIN);
+    text = rounded.toFixed(Math.min(Math.max(0, digits - 1 - Math.floor(Math.log10(size))), 10));
+    if (text.includes(".")) text = text.replace(/\.?0+$/, "");
   }
-  text = text.replace("-", "−");
-  return COMMA.has(language) ? text.replace(".", ",") : text;
+  return text.replace(/^-/, "−");
 }
-
-/** @param {string} text */
-const trimmed = (text) => (text.includes(".") ? text.replace(/\.?0+$/, "") : text);
 
 /** @param {string} power */
 const superscript = (power) => [...power].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)])).join("");
@@ -361,7 +356,10 @@ function example(unit) {
 function wanted(unit, language) {
   const [value, known] = [example(unit), KINDS[kindOf(unit)]];
   const other = known && [known.practical, known.SI, known.US].find((one) => one !== unit);
-  const told = (/** @type {number} */ one, /** @type {string} */ name) => joined(number(one, 3, language), name);
+  const told = (/** @type {number} */ one, /** @type {string} */ name) => {
+    const text = number(one, 3);
+    return joined(COMMA.has(language) ? text.replace(".", ",") : text, name);
+  };
   const same = other === undefined ? "" : ` or ${told(converted(value, unit, other), other)}`;
   return `write ${known?.words ?? "a number"}, such as ${told(value, unit)}${same}`;
 }

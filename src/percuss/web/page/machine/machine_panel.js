@@ -2,13 +2,13 @@
 // pressure; or what keeps it from running.
 
 import { saidOf } from "../core/api.js";
-import { div, facts, framed, h, movesByItself, put, table } from "../core/dom.js";
+import { div, facts, framed, h, put, table } from "../core/dom.js";
 import { number, percent, si, withUnit } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import { data, switchesItself, unhurried, view } from "../core/state.js";
 import { tr } from "../core/words.js";
 import { forgetBlows, tellBlow } from "../map/blows_inset.js";
-import { paceOf, Player } from "../motion/player.js";
+import { Player } from "../motion/player.js";
 import { onCycle } from "../motion/settled.js";
 import { heardAs } from "../motion/sound.js";
 import { Strip } from "../motion/strip.js";
@@ -37,7 +37,7 @@ let player;
 export function startMachine() {
   const canvas = h("canvas", { id: "machine-stage", role: "img", "aria-label": "Piston, ports and valve" });
   stage = new MachineStage(canvas, { ticked, struck });
-  player = new Player(stage, { id: "machine-", about: "Time in the cycle", slow: "machineSlow", paced: pace });
+  player = new Player(stage, { id: "machine-", about: "Time in the cycle", slow: "machineSlow", moved: pace });
   parts.sentence = h("p", { id: "machine-sentence", role: "status" });
   parts.obstacle = h("div", { id: "machine-obstacle", role: "alert" });
   parts.scale = h("p", { class: "small muted", id: "machine-scale" });
@@ -49,7 +49,6 @@ export function startMachine() {
   effect(() => void (data.machine && keepCurve(data.machine))); // whether the panel is in sight or not
   effect(want);
   effect(words, unhurried);
-  document.addEventListener("visibilitychange", () => document.hidden && player.stop());
   const choice = div("row middle", picks);
   const details = [choice, form, parts.sentence, parts.scale, rest, parts.facts];
   return {
@@ -118,7 +117,7 @@ function draw(motion) {
     whole: String(Boolean(more)),
   });
   if (!motion.arrays.t && !stage.live) return player.stop();
-  if (movesByItself()) player.begin();
+  player.begin();
 }
 
 /** How fast the cycle is shown, as the view has it; dimensionless, real time is a second a cycle. */
@@ -127,10 +126,8 @@ function pace() {
   if (!motion) return;
   const one = (stage.length || period) / (motion.cycles ?? 1); // of the blows from a start each counts as a cycle
   const real = motion.scales ? one : 1;
-  const { share, seconds } = paceOf(view.machineSlow, { real, usual: USUAL, longest: Math.max(LONGEST, 2 * real) });
-  stage.rate = one / seconds;
-  const slower = seconds / real < 1.01 ? "real time" : `1/${number(seconds / real, 2)} speed`;
-  player.tellPace(share, motion.scales ? slower : `${number(seconds, 2)} s a cycle`);
+  const span = { real, usual: USUAL, longest: Math.max(LONGEST, 2 * real) };
+  stage.rate = one / player.paced(view.machineSlow, span, motion.scales ? "" : "cycle");
 }
 
 /** The present moment, on the player, the strip, and the curves of the cycle. @param {number} time */
@@ -165,8 +162,6 @@ function struck({ speed = data.machine?.answer.blows[0]?.speed }) {
   const since = stage.now - last;
   last = stage.now;
   if (speed && stage.period) tellBlow({ phase: Math.min(since / stage.period, 1.9) * Math.PI, speed });
-  const { dataset } = stage.canvas;
-  dataset.blows = String(Number(dataset.blows ?? 0) + 1);
 }
 
 /* words */

@@ -1,9 +1,9 @@
 // The last thirty blows in a corner of the map: their phase and their speed. One dot is a motion with one blow, two take
 // turns, and what never repeats fills a curve.
 
-import { h } from "../core/dom.js";
 import { switchesItself } from "../core/state.js";
 import { theme } from "../pictures/colours.js";
+import { ownCanvas } from "../pictures/pen.js";
 import { tr } from "../core/words.js";
 
 const KEPT = 30;
@@ -12,13 +12,8 @@ const TURN = 2 * Math.PI;
 
 /** @typedef {{ phase: number, speed: number }} Blow */
 
-const size = { width: 2 * WIDTH, height: 2 * HEIGHT };
-const canvas = h("canvas", {
-  id: "blows-inset",
-  ...size,
-  role: "img",
-  "aria-label": "The last blows: phase and speed",
-});
+const about = { id: "blows-inset", role: "img", "aria-label": "The last blows: phase and speed" };
+const { canvas, pen } = ownCanvas(WIDTH, HEIGHT, 2, about);
 /** @type {Blow[]} */
 let blows = [];
 
@@ -38,10 +33,7 @@ export function forgetBlows() {
 }
 
 function draw() {
-  const pen = canvas.getContext("2d");
-  if (!pen) return;
   const { surface, muted, kinds } = theme();
-  pen.setTransform(2, 0, 0, 2, 0, 0);
   pen.clearRect(0, 0, WIDTH, HEIGHT);
   if (!blows.length) return;
   pen.globalAlpha = 0.88;

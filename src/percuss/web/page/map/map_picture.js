@@ -1,6 +1,7 @@
 // The image of a map: verdicts and families of motions as flat colours, sizes and margins as ramps.
 
 import { span } from "../pictures/chart.js";
+import { ownCanvas } from "../pictures/pen.js";
 import { familyOf, ramp, rgb, theme } from "../pictures/colours.js";
 import { number, si, withUnit } from "../core/format.js";
 
@@ -115,10 +116,7 @@ function looksOf({ kind, words = [] }, { families, verdicts }) {
 /** A canvas with a pixel for each of the first rows of cells.
  * @param {number} nx @param {number} ny @param {number} rows @param {(cell: number) => number} shade */
 function cells(nx, ny, rows, shade) {
-  const canvas = document.createElement("canvas");
-  canvas.width = nx;
-  canvas.height = ny;
-  const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  const { canvas, pen } = ownCanvas(nx, ny);
   const image = pen.createImageData(nx, ny);
   const pixels = new Uint32Array(image.data.buffer);
   for (let i = 0; i < nx * rows; i++) pixels[i] = shade(i);

@@ -1,8 +1,8 @@
 // The contact under a magnifying glass, over the stage: the bounces before the last rest on the wall, gap over the time
 // that was left, both by powers of ten. There each bounce is the one before moved along: R times as long, R² times as high.
 
-import { h } from "../core/dom.js";
 import { theme } from "../pictures/colours.js";
+import { ownCanvas } from "../pictures/pen.js";
 import { tr } from "../core/words.js";
 
 const [WIDTH, HEIGHT] = [230, 100];
@@ -10,14 +10,8 @@ const [LEFT, TOP, FOOT] = [8, 20, 18];
 
 /** @typedef {{ time: number, kind: string, speed: number, chatter?: boolean }} Happening */
 
-const size = { width: 2 * WIDTH, height: 2 * HEIGHT };
-const canvas = h("canvas", {
-  id: "contact-inset",
-  ...size,
-  role: "img",
-  "aria-label": "The contact, magnified",
-  hidden: true,
-});
+const about = { id: "contact-inset", role: "img", "aria-label": "The contact, magnified", hidden: true };
+const { canvas, pen } = ownCanvas(WIDTH, HEIGHT, 2, about);
 /** @type {Happening[]} */
 let impacts = [];
 /** @type {{ end: number, impacts: Happening[] } | null} */
@@ -62,10 +56,8 @@ function flights() {
 }
 
 function draw() {
-  const pen = canvas.getContext("2d");
-  if (!pen || canvas.hidden) return;
+  if (canvas.hidden) return;
   const { surface, muted, ink, kinds } = theme();
-  pen.setTransform(2, 0, 0, 2, 0, 0);
   pen.fillStyle = surface;
   pen.fillRect(0, 0, WIDTH, HEIGHT);
   pen.strokeStyle = muted;

@@ -227,8 +227,7 @@ export class LiveStage extends Stage {
       if (event.kind === "impact") {
         this.past.push({ at: before + Math.min(dt, Math.max(0, dt - (live.now - event.time) / this.second)), gap: 0 });
         this.loudest = Math.max(0.97 * this.loudest, event.energy, 1e-30);
-        this.flash = { left: 0.22, size: Math.sqrt(Math.min(event.energy / this.loudest, 1)) };
-        this.struck(event);
+        this.strike(event);
         if (this.settledAt(event)) this.takeOver();
       }
       this.happened?.(event);

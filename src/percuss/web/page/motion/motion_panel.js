@@ -2,7 +2,7 @@
 // steady motion, or of a simulation from any start. Each blow is heard when sound is on.
 
 import { postBinary } from "../core/api.js";
-import { button, div, framed, h, labelled, latest, movesByItself, problem, put, settled } from "../core/dom.js";
+import { button, div, framed, h, labelled, latest, problem, put, settled } from "../core/dom.js";
 import { counted, number, plainNumber, si, withUnit } from "../core/format.js";
 import { effect, signal, whenever } from "../core/signals.js";
 import {
@@ -23,7 +23,7 @@ import { contactHappened, contactInset, showContact } from "./contact_inset.js";
 import { grab, LiveStage } from "./live_stage.js";
 import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./motion_charts.js";
 import { sourceCard, sourceProblems } from "./motion_source.js";
-import { paceOf, Player } from "./player.js";
+import { Player } from "./player.js";
 import { heardAs } from "./sound.js";
 import { pushOf, shapeOfCase } from "./stage.js";
 import { Strip } from "./strip.js";
@@ -43,7 +43,7 @@ const USUAL = 0.8; // seconds that a load period takes at first: slow enough to 
 
 const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
 const stage = new LiveStage(canvas, { ticked, struck, happened: contactHappened });
-const player = new Player(stage, { about: "Time in the motion", slow: "slow", paced: knobs });
+const player = new Player(stage, { about: "Time in the motion", slow: "slow", moved: knobs });
 const charts = motionCharts(startThere);
 const strip = new Strip("strip", charts.history);
 const oninput = () => (show({ grow: grow.value }), knobs(), stage.draw());
@@ -87,7 +87,6 @@ export function startMotion() {
     knobs();
   });
   effect(() => void (told.value && drawCharts(told.value.motion, told.value.units)));
-  document.addEventListener("visibilitychange", () => document.hidden && stage.pause());
   const stretch = [labelled("Stretch", grow), grown];
   const details = [sourceCard(status), status, div("row", stretch), facts, portraits, instantaneous];
   return {
@@ -110,17 +109,11 @@ function knobs() {
   const real = second ? TURN * second : 1;
   const part = TURN / stage.length; // of a zoom that lasts some seconds, a load period takes hours
   const span = view.zoom ? { usual: 8 * part, longest: 30 * part } : { usual: Math.max(USUAL, real), longest: 120 };
-  const { share, seconds } = paceOf(view.slow, { real, ...span });
-  stage.rate = TURN / seconds;
+  stage.rate = TURN / player.paced(view.slow, { real, ...span }, data.info?.scales ? "" : "period");
   stage.grow = Number(view.grow) || 0;
   if (document.activeElement !== grow) grow.value = view.grow;
-  const slower = seconds / real < 1.01 ? "real time" : `1/${number(seconds / real, 2)} speed`;
-  player.tellPace(share, data.info?.scales ? slower : `${number(seconds, 2)} s a period`);
   put(grown, stage.magnified());
 }
-
-/** Play by itself, unless the user has paused, or wants nothing to move. */
-const begin = () => movesByItself() && player.begin();
 
 // ---- The live motion
 
@@ -148,7 +141,7 @@ function law() {
   const now = chosen()?.quick; // an unstable motion goes on as a dashed line, and the hammer leaves it
   stage.beside("unstable", now && !now.stable ? quick.motion : null, now);
   knobs();
-  begin();
+  player.begin();
 }
 
 const orbitNow = () => [hammer, view.m, view.orbit].join();
@@ -230,7 +223,7 @@ function take(found) {
       ? `This steady motion is unstable: the least disturbance grows, and the ${isHeld() ? "structure" : "hammer"} leaves the motion. Choose “From a start” to see what it does instead. `
       : "";
   put(status, `${leaves}${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
-  if (inSight()) begin();
+  if (inSight()) player.begin();
 }
 
 /** @type {Record<string, string>} */
@@ -319,7 +312,6 @@ function struck(event) {
   const scale = data.info?.scales?.energy_J;
   const energy = event.energy_J ?? (scale ? event.energy * scale : null);
   put(heard, heardAs({ frequency: pitch(), energy, share: stage.share(event) }));
-  canvas.dataset.blows = String(Number(canvas.dataset.blows ?? 0) + 1);
 }
 
 /** The strip tells what the stage has shown. */

@@ -1,7 +1,7 @@
 // What the players share: play and pause, the slider of time, and that of the slow motion.
 
-import { button, div, h, put } from "../core/dom.js";
-import { withUnit } from "../core/format.js";
+import { button, div, h, movesByItself, put } from "../core/dom.js";
+import { number, withUnit } from "../core/format.js";
 import { show } from "../core/state.js";
 import { tr } from "../core/words.js";
 
@@ -12,10 +12,10 @@ import { tr } from "../core/words.js";
 
 export class Player {
   /** `id` begins the ids, `about` names the slider of time, `slow` is the key of the view that keeps the pace, between
-   * `least` and `most`, which `paced` is told of.
+   * `least` and `most`; `moved` is told when that is another one.
    * @param {any} stage
-   * @param {{ id?: string, about: string, slow: string, paced: () => void, least?: number, most?: number }} about */
-  constructor(stage, { id = "", about, slow, paced, least = 0, most = 100 }) {
+   * @param {{ id?: string, about: string, slow: string, moved: () => void, least?: number, most?: number }} about */
+  constructor(stage, { id = "", about, slow, moved, least = 0, most = 100 }) {
     this.stage = /** @type {Playable} */ (stage);
     this.held = false; // by the user
     this.told = 0;
@@ -24,9 +24,10 @@ export class Player {
     const oninput = (/** @type {any} */ { target }) => this.seek((stage.length * target.value) / target.max);
     this.scrub = h("input", { type: "range", id: scrub, min: 0, max: 1000, step: 1, "aria-label": about, oninput });
     this.time = h("output", { class: "time", for: scrub }, "–");
-    const slower = (/** @type {any} */ { target }) => (show({ [slow]: target.value }), paced());
+    const slower = (/** @type {any} */ { target }) => (show({ [slow]: target.value }), moved());
     this.slow = h("input", { type: "range", id: pace, min: least, max: most, step: 1, oninput: slower });
     this.slowly = h("output", { for: pace });
+    document.addEventListener("visibilitychange", () => document.hidden && this.stop());
   }
 
   /** The line below the stage: play, the slider of time, the pace, and further knobs. @param {Node[]} knobs */
@@ -50,9 +51,9 @@ export class Player {
     else this.start();
   }
 
-  /** A motion has come: it plays by itself unless the user has paused. */
+  /** A motion has come: it plays by itself unless the user has paused, or wants nothing to move. */
   begin() {
-    if (!this.held && !this.stage.playing) this.start();
+    if (movesByItself() && !this.held && !this.stage.playing) this.start();
   }
 
   start() {
@@ -71,6 +72,19 @@ export class Player {
     put(this.play, sign);
     this.play.setAttribute("aria-label", tr(words));
     this.play.title = tr(`${words} (space)`);
+  }
+
+  /** The seconds that a cycle is shown for, evenly in ratios from `real` to `longest` by a share of 0 to 100; without one
+   * from the view, the `usual` ones. They are told beside real time, or, where none is known, by the name of what they show.
+   * @param {string | number} given @param {{ real: number, usual: number, longest: number }} span @param {string} cycle */
+  paced(given, { real, usual, longest }, cycle) {
+    const span = Math.log(longest / real);
+    const wish = given === "" ? Math.log(Math.max(usual, real) / real) / span : Number(given) / 100 || 0;
+    const share = Math.min(Math.max(wish, 0), 1);
+    const seconds = real * (longest / real) ** share;
+    const slower = seconds / real < 1.01 ? "real time" : `1/${number(seconds / real, 2)} speed`;
+    this.tellPace(share, cycle ? `${number(seconds, 2)} s a ${cycle}` : slower);
+    return seconds;
   }
 
   /** The pace on its slider, of 0 to 1, and in words. @param {number} share @param {string} words */
@@ -93,14 +107,4 @@ export class Player {
     put(this.time, words);
     scrub.setAttribute("aria-valuetext", tr(words));
   }
-}
-
-/** The seconds that a cycle is shown for, evenly in ratios from `real` to `longest` by a share of 0 to 1; without one
- * from the view, the `usual` ones.
- * @param {string | number} given @param {{ real: number, usual: number, longest: number }} span */
-export function paceOf(given, { real, usual, longest }) {
-  const span = Math.log(longest / real);
-  const share = given === "" ? Math.log(Math.max(usual, real) / real) / span : Number(given) / 100 || 0;
-  const within = Math.min(Math.max(share, 0), 1);
-  return { share: within, seconds: real * (longest / real) ** within };
 }

@@ -149,9 +149,15 @@ export class Stage {
   blows(from, to) {
     for (const blow of this.heard) {
       if (blow.time <= from || blow.time > to) continue;
-      this.flash = { left: FLASH, size: Math.sqrt(this.share(blow)) };
-      this.struck(blow);
+      this.strike(blow);
     }
+  }
+
+  /** A blow is seen, and counted. @param {Blow} blow */
+  strike(blow) {
+    this.flash = { left: FLASH, size: Math.sqrt(this.share(blow)) };
+    this.canvas.dataset.blows = String(Number(this.canvas.dataset.blows ?? 0) + 1);
+    this.struck(blow);
   }
 
   /** The energy of a blow over that of the strongest. @param {Blow} blow */

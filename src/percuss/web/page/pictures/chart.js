@@ -5,7 +5,7 @@ import { button, div, h, put } from "../core/dom.js";
 import { theme } from "./colours.js";
 import { layout, mark, paint, swatch } from "./chart_pen.js";
 import { data } from "../core/state.js";
-import { penOf, strokeLines } from "./pen.js";
+import { ownCanvas, penOf, strokeLines } from "./pen.js";
 import { tr } from "../core/words.js";
 
 /** @typedef {import("./chart_pen.js").Item} Item */
@@ -127,8 +127,9 @@ export class Chart {
     const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     if (this.still) this.uncover(pen, this.still);
     else {
-      this.still = h("canvas", { width: canvas.width, height: canvas.height });
-      this.still.getContext("2d")?.drawImage(canvas, 0, 0);
+      const still = ownCanvas(canvas.width, canvas.height);
+      still.pen.drawImage(canvas, 0, 0);
+      this.still = still.canvas;
     }
     this.covered = [];
     const { px, py, top, bottom } = frame;

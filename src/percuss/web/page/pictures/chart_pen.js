@@ -3,7 +3,7 @@
 import { number } from "../core/format.js";
 import { theme } from "./colours.js";
 import { fillHatch, hatched } from "./hatch.js";
-import { FONT, path, strokeLines } from "./pen.js";
+import { FONT, ownCanvas, path, strokeLines } from "./pen.js";
 import { tr } from "../core/words.js";
 
 /** A pen of a canvas, or one that makes an SVG. @typedef {any} Pen */
@@ -22,10 +22,7 @@ import { tr } from "../core/words.js";
 
 /** What an item looks like, as a picture for the legend. @param {Item} item */
 export function swatch(item) {
-  const canvas = Object.assign(document.createElement("canvas"), { width: 52, height: 24, className: "swatch" });
-  canvas.setAttribute("aria-hidden", "true");
-  const pen = /** @type {Pen} */ (canvas.getContext("2d"));
-  pen.scale(2, 2);
+  const { canvas, pen } = ownCanvas(26, 12, 2, { class: "swatch", "aria-hidden": "true" });
   sample(pen, item);
   return canvas;
 }

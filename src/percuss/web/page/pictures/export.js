@@ -4,7 +4,7 @@ import { download } from "../core/dom.js";
 import { keyed } from "./chart.js";
 import { layout, paint, sample } from "./chart_pen.js";
 import { theme } from "./colours.js";
-import { FONT } from "./pen.js";
+import { FONT, ownCanvas } from "./pen.js";
 import { SvgPen } from "./svg_pen.js";
 import { tr } from "../core/words.js";
 
@@ -88,11 +88,7 @@ export function svg(chart, about = {}) {
  * @param {Chart} chart @param {About} [about] @returns {Promise<Blob>} */
 export function png(chart, about = {}) {
   const [drawn, whole] = complete(chart, about);
-  const canvas = document.createElement("canvas");
-  canvas.width = whole.width * DENSITY;
-  canvas.height = whole.height * DENSITY;
-  const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
-  pen.scale(DENSITY, DENSITY);
+  const { canvas, pen } = ownCanvas(whole.width, whole.height, DENSITY);
   compose(pen, drawn, whole);
   return new Promise((done, failed) =>
     canvas.toBlob((blob) => (blob ? done(blob) : failed(new Error("the browser made no picture"))), "image/png"),

@@ -1,6 +1,6 @@
 // Hatches: what tells areas apart without their colours. The names are those of the server's palette.
 
-import { path } from "./pen.js";
+import { ownCanvas, path } from "./pen.js";
 
 const TILE = 8; // css pixels
 const LINE = "rgb(255 255 255 / 85%)";
@@ -10,14 +10,6 @@ const FALLING = [[-2, -2, 10, 10], [6, -2, 10, 2], [-2, 6, 2, 10]]; // prettier-
 /** @type {Record<string, number[][]>} */
 const STROKES = { "/": RISING, "\\": FALLING, x: [...RISING, ...FALLING], "-": [[0, 4, 8, 4]], ".": [] };
 
-/** A canvas of so many pixels a css pixel, and its pen. @param {number} width @param {number} height @param {number} ratio */
-function blank(width, height, ratio) {
-  const canvas = document.createElement("canvas");
-  canvas.width = Math.max(Math.round(width * ratio), 1);
-  canvas.height = Math.max(Math.round(height * ratio), 1);
-  return { canvas, pen: /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d")) };
-}
-
 /** @type {Map<string, HTMLCanvasElement>} */
 const tiles = new Map();
 
@@ -26,8 +18,7 @@ function tile(hatch, ratio) {
   const key = `${hatch} ${ratio}`;
   const kept = tiles.get(key);
   if (kept) return kept;
-  const { canvas, pen } = blank(TILE, TILE, Math.max(ratio, 0.5));
-  pen.scale(canvas.width / TILE, canvas.height / TILE);
+  const { canvas, pen } = ownCanvas(TILE, TILE, Math.max(Math.round(TILE * ratio), TILE / 2) / TILE); // whole pixels
   pen.strokeStyle = pen.fillStyle = LINE;
   path(pen, STROKES[hatch] ?? []);
   pen.stroke();
@@ -62,10 +53,10 @@ export function hatched(image, width, height, ratio, place) {
   const key = [width, height, ratio].join();
   const kept = layers.get(image.canvas);
   if (kept?.key === key) return kept.canvas;
-  const layer = blank(width, height, ratio);
+  const layer = ownCanvas(width, height, ratio);
+  layer.pen.resetTransform();
   for (const { hatch, canvas } of image.hatches) {
-    const one = blank(width, height, ratio);
-    one.pen.scale(ratio, ratio);
+    const one = ownCanvas(width, height, ratio);
     one.pen.imageSmoothingEnabled = false;
     place(one.pen, canvas);
     one.pen.globalCompositeOperation = "source-in";

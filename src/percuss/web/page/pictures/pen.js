@@ -1,6 +1,7 @@
 // The pen of a canvas, as many pixels as the screen has, in units that grow with the text of the page; and what stages draw
 // with it.
 
+import { h } from "../core/dom.js";
 import { tr } from "../core/words.js";
 import { signed, theme } from "./colours.js";
 
@@ -8,6 +9,16 @@ import { signed, theme } from "./colours.js";
 /** Through points: x, y, x, y … @typedef {number[]} Line */
 
 export const FONT = "12.5px system-ui, sans-serif";
+
+/** A canvas of so many pixels, at `ratio` of them for each of its own units, and its pen.
+ * @param {number} width @param {number} height @param {number} [ratio] @param {Record<string, any>} [attributes] */
+export function ownCanvas(width, height, ratio = 1, attributes = {}) {
+  const [wide, high] = [width, height].map((size) => Math.max(Math.round(size * ratio), 1));
+  const canvas = h("canvas", { ...attributes, width: wide, height: high });
+  const pen = /** @type {Pen} */ (canvas.getContext("2d"));
+  pen.scale(ratio, ratio);
+  return { canvas, pen };
+}
 
 /** The pen of a cleared canvas of so many css pixels, with the width and the height in its units.
  * @param {HTMLCanvasElement} canvas @param {number[]} box @param {number} [most] pixels of the screen for one of css */

@@ -1,6 +1,8 @@
 // A pen with the methods of a canvas that chart_pen.js and hatch.js draw with, whose strokes become elements of an SVG:
 // one painter for both. Pictures, and areas filled with a pattern, are embedded as PNG.
 
+import { ownCanvas } from "./pen.js";
+
 const NS = "http://www.w3.org/2000/svg";
 const PIXELS = 2; // of an embedded picture per unit of length
 
@@ -22,7 +24,7 @@ export class SvgPen {
   constructor(width, height) {
     const box = { xmlns: NS, width, height, viewBox: `0 0 ${width} ${height}` };
     this.root = element("svg", { ...box, "stroke-miterlimit": 10 });
-    this.real = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
+    this.real = ownCanvas(1, 1).pen;
     this.path = "";
     this.clips = 0;
     /** What `save` keeps: all that stands below. @type {Partial<SvgPen>[]} */
@@ -158,11 +160,7 @@ export class SvgPen {
     const [across, down] = [Math.abs(width), Math.abs(height)];
     const place = { x: short(left), y: short(top), width: short(across), height: short(down) };
     if (typeof this.fillStyle === "string") return this.add("rect", { ...place, fill: this.fillStyle });
-    const canvas = document.createElement("canvas");
-    canvas.width = Math.ceil(across * PIXELS);
-    canvas.height = Math.ceil(down * PIXELS);
-    const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
-    pen.scale(PIXELS, PIXELS);
+    const { canvas, pen } = ownCanvas(Math.ceil(across * PIXELS) / PIXELS, Math.ceil(down * PIXELS) / PIXELS, PIXELS);
     pen.translate(-left, -top);
     pen.fillStyle = this.fillStyle;
     pen.fillRect(left, top, across, down);

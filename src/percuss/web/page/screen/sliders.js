@@ -5,7 +5,7 @@ import { said } from "../core/api.js";
 import { $, afterFrame, div, h, labelled, put } from "../core/dom.js";
 import { plainNumber, quantity, typedQuantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
-import { effect, whenever } from "../core/signals.js";
+import { effect, signal, whenever } from "../core/signals.js";
 import { data, locked, move, show, switchesItself, view } from "../core/state.js";
 import { machineSliders } from "./machine_sliders.js";
 import { tr } from "../core/words.js";
@@ -17,9 +17,8 @@ import { tr } from "../core/words.js";
 
 const IN_SIGHT = 7; // the others are under "more"
 
-/** @type {{ box: HTMLElement, follow: () => void }[]} */
-let rows = [];
-const followAll = () => void (data.tables && rows.forEach(({ follow }) => follow()));
+const rows = signal(/** @type {{ box: HTMLElement, follow: () => void }[]} */ ([]));
+const followAll = () => void (data.tables && rows.value.forEach(({ follow }) => follow()));
 
 /** The ranges stay as long as the names and the units do. */
 export function startSliders() {
@@ -31,7 +30,7 @@ export function startSliders() {
       const own = sliding().map(slider);
       const rest = [...own.slice(IN_SIGHT), ...(switchesItself() ? [] : [periods()])];
       const first = own.slice(0, IN_SIGHT);
-      rows = [...first, ...rest];
+      rows.value = [...first, ...rest];
       const boxes = rest.map(({ box }) => box);
       const open = matchMedia("(min-height: 900px)").matches;
       const more = boxes.length > 0 && h("details", { id: "more-sliders", open }, h("summary", {}, "more"), boxes);
