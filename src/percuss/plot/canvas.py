@@ -172,7 +172,7 @@ def reword(figure: Figure, words: Callable[[str], str]) -> None:
         return
 
     def lines(text: str) -> str:
-        return "\n".join(one if one.startswith("$") else words(one) for one in text.split("\n"))
+        return "\n".join(one if one[:1] == one[-1:] == "$" else words(one) for one in text.split("\n"))
 
     def also(ticks: Callable[[Any], list[str]]) -> Callable[[Any], list[str]]:
         return lambda values: [lines(one) for one in ticks(values)]

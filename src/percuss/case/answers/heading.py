@@ -222,7 +222,7 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
         first = float(bar.natural_frequencies(1)[0])
         rows.append(
             (
-                "bar",
+                "the bar",
                 f"{quantity(bar.length, 'm')} long, {_areas(bar)}, {number(bar.mass)} kg, "
                 f"wave speed {number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
             )

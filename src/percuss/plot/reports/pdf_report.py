@@ -48,7 +48,9 @@ _PAGES = """
   std.table(
     columns: if b.columns.len() == 0 { (auto,) * (wide - 1) + (1fr,) } else { (auto,) * wide },
     stroke: (x, y) => (bottom: line), inset: (x: 4pt, y: 2.6pt), align: left + top,
-    ..if b.columns.len() > 0 { (std.table.header(..b.columns.map(name => strong(cell(name)))),) },
+    ..if b.columns.len() > 0 {
+      (std.table.header(..b.columns.map(name => strong(text(hyphenate: true, cell(name))))),)
+    },
     ..b.rows.flatten().map(cell),
   )
 }
