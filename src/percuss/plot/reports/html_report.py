@@ -31,8 +31,8 @@ _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 2rem auto;
   max-width: 60rem; padding: 0 1rem; }
 h1 { margin-bottom: 0; }
-.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); gap: .75rem; }
-.card { background: var(--soft); border-radius: .5rem; padding: .6rem .8rem; }
+.cards { display: grid; grid-template-columns: repeat(auto-fill, minmax(12rem, 1fr)); gap: .75rem; }
+.card { background: var(--soft); border-radius: .5rem; padding: .6rem .8rem; hyphens: auto; overflow-wrap: anywhere; }
 .card b { display: block; font-size: 1.4rem; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; } td, th { border-bottom: 1px solid
   var(--line); padding: .3rem .5rem; text-align: left; vertical-align: top; } .scroll { overflow-x: auto; }
@@ -42,7 +42,8 @@ table:not(:has(thead)) td:first-child { white-space: nowrap; }
 .signed span { display: inline-block; width: 14rem; border-bottom: 1px solid var(--ink); margin-right: 1rem; }
 @media print { body { font-size: 9pt; line-height: 1.3; margin: 0; padding: 0; max-width: none; }
   h1 { font-size: 16pt; } h2 { font-size: 11pt; margin: .8rem 0 .2rem; } td, th { padding: .1rem .4rem; }
-  .cards { gap: .4rem; } .card { padding: .2rem .5rem; } .card b { font-size: 11pt; } .signed { margin: .5rem 0 0; }
+  .cards { gap: .4rem; grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)); }
+  .card { padding: .2rem .5rem; } .card b { font-size: 11pt; } .signed { margin: .5rem 0 0; }
   ul { margin: .2rem 0; } .outline { margin: 0; max-height: 7rem; }
   @page { margin: 15mm; }
   tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; }
