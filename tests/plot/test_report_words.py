@@ -149,8 +149,7 @@ def question(name: str) -> Told:
         return reached("mini-breaker")
     if name == "pump":
         return whole(load_case("valve-breaker").varied(PUMP), 2)
-    oil = name.startswith("oil")
-    return whole(load_case(name), 0 if oil else None, moves=not oil and name != "stopped-beam")  # which have no picture
+    return whole(load_case(name), 0 if name.startswith("oil") else None)
 
 
 def left(told: Told, language: str) -> list[str]:

@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("matplotlib")
 
 from percuss import Load, Start, Stop, System, Trajectory, plot, run
-from percuss.case import load_case, simulation_answer
+from percuss.case import MACHINES, load_case, simulation_answer
 from percuss.plot.trajectory_picture import MOST_POINTS, window_of
 
 TURN = 2.0 * np.pi
@@ -161,3 +161,11 @@ def test_rigid_bars_show_energy_and_elastic_ones_strain() -> None:
     figure = plot.trajectory(motion("rest"))
     assert titles(figure)[4].startswith("(e) strain")
     assert figure.axes[4].images[0].get_array().shape[0] == 101
+
+
+@pytest.mark.parametrize("name", [*(machine.name for machine in MACHINES), "stopped-oscillator", "stopped-beam"])
+def test_every_sample_has_a_picture_of_its_motion(name: str) -> None:
+    case = load_case(name).changed(simulation={"impacts": 12})
+    answer = simulation_answer(case)
+    figure = (plot.machine_motion if case.is_machine else plot.trajectory)(answer)
+    assert len(figure.axes) >= 4 and all(axes.has_data() for axes in figure.axes[:4])

@@ -241,8 +241,8 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     """Draw a simulated motion of a machine, or the answer that holds one.
 
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
-    over the whole motion; (c) the force on the piston, with the ground dark where the valve pushes toward the wall; (d)
-    the phase portrait of the striking end.
+    over the whole motion; (c) the force on the piston, with the ground dark where the valve, or the oil
+    that flows, pushes toward the wall; (d) the phase portrait of the striking end.
 
     Examples
     --------
@@ -260,7 +260,7 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
         centre, force = moved.centre(times), moved.force(times)
         units = units_of(machine, float(np.abs(force).max()))
         upper, lower = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
-        pushes = moved.mechanism.forces[moved.state(times)] > 0.0
+        pushes = (force if machine.valve.flows else moved.mechanism.forces[moved.state(times)]) > 0.0
         marks = {}
         for kind in _MARKS:
             at = shown.events.of(kind).time

@@ -142,7 +142,7 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
 
     Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole
     motion; (c) load phase and striking speed of every impact: the impact map; (d) the phase portrait of the striking
-    end; (e) the stress along the bar over time, or the energy of a rigid bar.
+    end; (e) the stress along the bar over time, or the energy where no waves run.
 
     Examples
     --------
@@ -266,12 +266,14 @@ def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
     motion = window.motion
     clock, label = _clock(motion, units, window.last)
     axes.set_xlabel(label)
-    if not motion.modes:
-        axes.set_title("(e) energy of the rigid bar: " + window.what)
+    if not motion.modes or motion.system.body.transit_time == 0.0:  # no waves run through it
+        of = " of the rigid bar" if motion.system.body.is_free else ""
+        axes.set_title(f"(e) energy{of}: {window.what}")
         times, energy = window.energy
         axes.plot(times * clock, energy * (motion.system.energy_scale if motion.system.is_si else 1.0), color=INK)
         _time_axis(axes, window.first, window.last, clock)
-        axes.set_ylabel("kinetic energy [J]" if motion.system.is_si else "kinetic energy")
+        name = "kinetic energy" if motion.system.body.is_free else "energy"
+        axes.set_ylabel(f"{name} [J]" if motion.system.is_si else name)
         return
     what = units.stress_label.split(" [")[0]
     axes.set_title(f"(e) {what} along the bar, the end of (a),\nwithout that of the blows")
