@@ -82,8 +82,14 @@ LAYOUT = """() => {
 }"""
 
 
+BLANK = """() => [...document.querySelectorAll(".place canvas:not(#blows-inset)")]
+  .filter((one) => one.checkVisibility() && one.width && one.height)
+  .filter((one) => !one.getContext("2d").getImageData(0, 0, one.width, one.height).data.some((value) => value))
+  .map((one) => `blank: ${one.id || one.ariaLabel}`)"""
+
+
 def test_everything_is_in_one_window(desk: Desk) -> None:
-    """Of every sample: verdict, stage, map and sliders at once, no page to scroll, no word cut off or under another."""
+    """Of every sample: verdict, stage, map, reasons and sliders at once and drawn, no word cut off or under another."""
     page = desk.open("machine=mini-breaker")
     found = {}
 
@@ -92,7 +98,7 @@ def test_everything_is_in_one_window(desk: Desk) -> None:
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
             settled(page, "margins")
-            if wrong := page.evaluate(LAYOUT):
+            if wrong := [*page.evaluate(LAYOUT), *page.evaluate(BLANK)]:
                 found[what, width, height] = wrong
 
     for machine in (*MACHINES, *STRUCTURES):

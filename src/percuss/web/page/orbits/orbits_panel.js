@@ -29,6 +29,7 @@ const parts = {};
 export function whyOfOrbits() {
   const { why, rest } = orbitCharts();
   parts.charts = rest;
+  effect(pictures); // at once: a slider waits for them
   return why;
 }
 
@@ -39,7 +40,6 @@ export function start(section) {
   parts.own = div("stack", parts.table, parts.charts, parts.about);
   put(section, parts.own, detailsOfScenes);
   effect(() => (parts.own.hidden = switchesItself() || isHeld()));
-  effect(pictures); // at once: a slider waits for them
   effect(words, unhurried);
   effect(wantBranches, (want) => settled(want, REST));
 }
