@@ -122,16 +122,22 @@ def below_since(u, v, top, speed, m, near):
 
 @inlined
 def like_flight(motion):
-    """The flight that followed the most alike of the impacts 1, 2 and 4 before this one; 0 when none is like it."""
+    """The flight that followed a like impact a cycle ago, or the most alike of those 1, 2 and 4 ago; 0 without any."""
     now, count, past = motion.now, motion.count, motion.past
     n, ring, best, flight = count.impacts, past.shape[0] - 1, ALIKE, 0.0
-    for k in (1, 2, 4):
-        if n > k:
-            i, j = (n - 1 - k) & ring, (n - k) & ring
-            turn = abs(now.phase - past[i].phase)
+    k = count.cycle_impacts if count.cycle_impacts < ring else 0
+    for i in range(4):
+        if n > k > 0:
+            then = past[(n - 1 - k) & ring]
+            turn = abs(now.phase - then.phase)
             turn = min(turn, TURN - turn)
-            if turn < best:
-                best, flight = turn, (past[j].period - past[i].period) * TURN + (past[j].phase - past[i].phase)
+            # those of one chatter are near each other, and not alike
+            if turn < best and (count.period - then.period) * TURN + (now.phase - then.phase) > 3.0:
+                later = past[(n - k) & ring]
+                best, flight = turn, (later.period - then.period) * TURN + (later.phase - then.phase)
+                if i == 0:
+                    break
+        k = 1 << i
     return flight
 
 
@@ -139,6 +145,13 @@ def like_flight(motion):
 def sure_rise(size, v, a, first, jerk, wide):
     """Whether y grows for a time `wide` about one with its rate and acceleration, whatever rounding did to them."""
     return v > size.rush + size.push * first + (abs(a) + size.crush + jerk * wide) * wide
+
+
+@inner
+def bent_back(guess, u, v, m, near):
+    """Since when u − v h + m h²/2 is below 0, h counted backward from a guess, up to `near` it; inf: it is not there."""
+    begin, end = below(u, v, max(m, 0.0))
+    return max(guess - end, 0.0) if begin <= near else math.inf
 
 
 @inlined
@@ -155,8 +168,9 @@ def tried(table, motion, desk, way, bounds, guess):
     if v > 0.0 and sure_rise(size, v, a, first, bounds.jerk, width):  # y grows from before to after its root …
         top = max(ds + bounds.top + wrong, 0.0)
         free_from = guess - below_since(wrong, vs - bounds.sup1, top, vs, bounds.up, width)
-        if free_from > guess:
-            free_from = math.inf
+        if free_from > guess:  # … and by its own Taylor polynomial, with what rounding may have done to it
+            slow, bent = v - size.rush - size.push * first, a + size.crush + bounds.jerk * guess / 3.0
+            free_from = bent_back(guess, wrong, slow, bent, width)
     return free_from, (guess, y, v, a), width, slip
 
 
@@ -282,14 +296,17 @@ def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
             table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon
         )
         looks += more
-        if found == CONTACT:
-            here, span = there, (guess, guess + width) if there[1] < 0.0 else (max(guess - width, 0.0), guess)
-        elif found == OPEN:
+        if found == OPEN:
             if evaluations > 1 or not t > here[0]:  # … and by its own Taylor polynomial
                 fall = min(here[1] + noise, 0.0)
                 t = max(t, here[0] + reach_cubic(fall, here[2], here[3], bounds.jerk, bounds.up + bounds.sup2))
             if t >= horizon:
                 return NOTHING, horizon, 0.0, evaluations + looks, 0.0, 0.0
+            if t >= free_from:
+                found = CONTACT
+        if found == CONTACT:
+            here, span = there, (guess, guess + width) if there[1] < 0.0 else (max(guess - width, 0.0), guess)
+        elif found == OPEN:
             stuck = not t > here[0]
             if stuck:
                 t = here[0] + EPS * max(here[0], 1e-300)

@@ -340,6 +340,10 @@ def flown(table, motion, desk, rules, left, ahead):
     on_wall, guess = count.mode == ON_WALL or count.mode == GRAZED, 0.0
     if count.mode == ON_WALL and now.last_flight > 0.0 and now.hold == 0.0:
         guess = like_flight(motion)
+        if guess == 0.0 and count.run > 1:  # of a chatter
+            guess = table.bar.restitution * now.last_flight
+            if now.acceleration > 0.0 and now.sup3 * guess < now.acceleration:
+                guess = -2.0 * now.gap_rate / now.acceleration
     found, tau, speed, steps, late, slip = next_contact(
         table, motion, desk, on_wall, now.hold, guess, min(left, ahead), rules.budget - count.work
     )
