@@ -311,7 +311,17 @@ class OilMotion:
         while done < most:
             check_interrupted()
             ended = oil_kernels().followed(
-                self.numbers.law, self.state, self.work, self.log, until, exact, blows, _STEPS, section, since, first
+                self.numbers.law,
+                self.state,
+                self.work,
+                self.log,
+                until,
+                exact,
+                float(blows),
+                _STEPS,
+                section,
+                since,
+                first,
             )
             first = first[:0]
             if section < 0:
