@@ -149,7 +149,7 @@ def sure_rise(size, v, a, first, jerk, wide):
 
 @inner
 def bent_back(guess, u, v, m, near):
-    """Since when u − v h + m h²/2, h counted backward from a guess, is below 0 up to `near` it; inf: it is not there."""
+    """Since when u − v h + m h²/2, h counted back from a guess, is below 0 up to `near` it; inf: it is not there."""
     begin, end = below(u, v, max(m, 0.0))
     return max(guess - end, 0.0) if begin <= near else math.inf
 
