@@ -291,7 +291,7 @@ class Parts:
         elif isinstance(tables.load, HistoryLoad):
             self._try("load", tables.load, recorded_passages)
         elif tables.load is not None:
-            self.load = self._try("load", tables.load, load_of)
+            self.load = self._try("load", tables.load, partial(_again, load_of))
         self._check_fit(tables)
         self._look_at_blow(tables)
         if tables.start is not None:
@@ -312,7 +312,7 @@ class Parts:
                 held = getattr(getattr(tables, place), key) if key else None
                 found = f"{place}.{key}" if key else place, held, f"expected {accepted}", ""
         elif isinstance(tables, PhysicalCase):
-            name, make = "bar", sized_body
+            name, make = "bar", partial(_again, sized_body)
             if tables.bar.length is None and tables.bar.sections is None:
                 remedy = 'give it with its unit, for example length = "341 mm", or give sections'
                 self._problems.append(CaseError(self._file, "bar.length", None, "missing", remedy))
@@ -348,8 +348,8 @@ class Parts:
             self.target = self._try("tool", tables.tool, lambda table: plain_target(table, striker))
         if self.target is not None:
             rock, feed = (tables.rock, tables.feed) if isinstance(tables, PhysicalCase) else (None, None)
-            made = partial(blow_question, striker=striker, target=self.target, rock=rock, feed=feed)
-            self.blow = self._try("blow", tables.blow, made)
+            struck = self.target, rock, feed
+            self.blow = self._try("blow", tables.blow, lambda table: _again(blow_question, table, striker, *struck))
         if self.blow is not None and isinstance(tables, PhysicalCase) and tables.drilling is not None:
             drilling = self._try("drilling", tables.drilling, drilling_of)
             self.blow = replace(self.blow, drilling=drilling)
@@ -377,7 +377,7 @@ class Parts:
                 self.target = self._try("feed", tables.feed, lambda _: fed(struck, feed))
         if tables.steel is not None and self.target is not None:
             target = self.target
-            self.steel = self._try("steel", tables.steel, lambda table: steel_of(table, bar, target))
+            self.steel = self._try("steel", tables.steel, lambda table: _again(steel_of, table, bar, target))
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
         """Whether the body takes the law of the contact, and the load at its place."""

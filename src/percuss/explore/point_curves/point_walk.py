@@ -350,7 +350,7 @@ def highest(curve: ExtendedCurve, x: Array) -> SampledFlights:
     orbit, condition = curve.motion(x), curve.condition
     if isinstance(condition, Touch):
         return orbit.sampled_but(flight=condition.flight, time=float(curve.extra(x)[0]))
-    return orbit.sampled_but(impact=condition.which if isinstance(condition, Death) else -1)
+    return orbit.sampled_but(impact=condition.which if isinstance(condition, Death) else None)
 
 
 # ---- Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs

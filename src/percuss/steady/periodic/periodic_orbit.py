@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model import Load, System
-from percuss.model.checks import Array, array, choice, finite, instance
+from percuss.model.checks import Array, array, choice, count, finite, instance
 from percuss.model.load import Side
 from percuss.steady.flight import Contactless, Energy, Flight, Stretch, Violation, damped, flight_check
 from percuss.steady.multipliers import CycleMap, Multipliers, Reason, Repeating, blocks, multipliers_of
@@ -381,9 +381,11 @@ class PeriodicOrbit(Repeating):
         """The flights looked at eight times in each period of the fastest mode, by compiled functions."""
         return self.sampled_but()
 
-    def sampled_but(self, flight: int = -1, time: float = 0.0, impact: int = -1) -> SampledFlights:
+    def sampled_but(self, flight: int | None = None, time: float = 0.0, impact: int | None = None) -> SampledFlights:
         """The same without a maximum that is known, in a flight at a time after its impact, and those at an impact."""
-        found, apart = np.empty(4), np.array([flight, time, impact], dtype=float)
+        given, most = (("flight", flight), ("impact", impact)), self.impacts - 1
+        known, about = (-1 if value is None else count(name, value, 0, most) for name, value in given)
+        found, apart = np.empty(4), np.array([known, finite("time", time), about], dtype=float)
         orbit_kernels().flown(self._passage.room, found, apart)
         height, when, which, proven = found.tolist()
         height = -math.inf if math.isnan(height) else height
@@ -391,8 +393,8 @@ class PeriodicOrbit(Repeating):
 
     def end_at(self, flight: int, time: float) -> Array:
         """The gap function, its rate and its acceleration in a flight, at a time after its impact; shape (3,)."""
-        found = np.empty(3)
-        orbit_kernels().end_at(self._passage.room, flight, time, found)
+        found, number = np.empty(3), count("flight", flight, 0, self.impacts - 1)
+        orbit_kernels().end_at(self._passage.room, number, finite("time", time), found)
         return found
 
     @cached_property
