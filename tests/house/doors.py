@@ -255,11 +255,11 @@ NAMED: dict[str, Any] = {
     "events": [(1.0, "impact", 1.0), (3.0, "impact", 1.0)], "factor": 2.0, "family": SYSTEM.with_load_factor,
     "flight": 0, "first": 1.0, "flow": 0.7, "force": 2.0, "frequency": 1.0, "function": np.cos, "gap": 0.0,
     "gauge": 0.1, "high": 300.0, "impedance": 1.0, "impulse": 1.0, "kappa": 1.3, "last": 2.0, "length": 1.0,
-    "load_factor": 0.9, "low": 100.0, "mean": 0.9, "name": "s", "names": {"s": ""}, "number": 0, "objective": "efficiency",
-    "passages": ((1.4, 0),), "period": 6.0, "periods": 1, "phase": 1.0, "phases": [1.0], "phi": 1.0, "place": 0.5,
-    "power": 2.0, "pressure": 2.0, "quantities": ["label"], "rate": 0.1, "ratio": 0.1, "reach": 0.01,
-    "restitution": 0.5, "s": 1.0, "seed": 1, "size": 2, "state": "power", "states": VALVE.states, "stiffness": 9.0,
-    "strain": [1e-3], "t": 0.1, "time": 0.0, "times": 1.0, "unit": "mm", "units": {}, "value": 0.9,
+    "load_factor": 0.9, "low": 100.0, "mean": 0.9, "name": "s", "names": {"s": ""}, "number": 0,
+    "objective": "efficiency", "passages": ((1.4, 0),), "period": 6.0, "periods": 1, "phase": 1.0, "phases": [1.0],
+    "phi": 1.0, "place": 0.5, "power": 2.0, "pressure": 2.0, "quantities": ["label"], "rate": 0.1, "ratio": 0.1,
+    "reach": 0.01, "restitution": 0.5, "s": 1.0, "seed": 1, "size": 2, "state": "power", "states": VALVE.states,
+    "stiffness": 9.0, "strain": [1e-3], "t": 0.1, "time": 0.0, "times": 1.0, "unit": "mm", "units": {}, "value": 0.9,
     "values": {"s": 2.0}, "velocity": 1.0, "x": 0.5, "xi": 1.0,
 }  # fmt: skip
 """Of parameters without a default, by their names."""
