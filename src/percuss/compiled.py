@@ -319,7 +319,12 @@ class _Baseline:
 @cache
 def _serves() -> bool:
     """Whether there is machine code of the baseline, and this processor has it."""
-    has = _llvm.ll.get_host_cpu_features() if BROUGHT.is_dir() else {}
+    if not (BROUGHT.is_dir() and _llvm.ll.get_process_triple().startswith("x86_64")):
+        return False
+    try:
+        has = _llvm.ll.get_host_cpu_features()
+    except RuntimeError:  # LLVM cannot tell
+        return False
     return all(has.get(name, False) for name in _HAS)
 
 

@@ -138,11 +138,11 @@ def test_without_a_steady_motion_the_summary_tells_what_happens_instead() -> Non
 
 
 def test_starts_that_were_not_followed_say_why(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    from percuss.simulate import trajectory
+    from percuss import compiled
 
     assert main(["steady", "mini-breaker", "--starts", "0"]) == 0
     assert "not followed: none were asked for" in capsys.readouterr().out
-    monkeypatch.setattr(trajectory, "compiled", lambda: False)
+    monkeypatch.setattr(compiled, "is_compiled", lambda _: False)
     assert main(["steady", "mini-breaker"]) == 0
     told = capsys.readouterr().out
     assert "not followed: the simulator has not been compiled on this computer yet" in told
@@ -160,7 +160,8 @@ def test_the_kernels_are_known_to_be_compiled() -> None:
     import sys
 
     ends_of(load_case("mini-breaker"), 1)
-    code = "import sys; from percuss.simulate.trajectory import compiled; sys.exit(not compiled())"
+    code = "import sys; from percuss.compiled import is_compiled; "
+    code += "from percuss.simulate.kernels.motion import follow; sys.exit(not is_compiled(follow))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     elsewhere = {**os.environ, "NUMBA_CACHE_DIR": os.path.join(os.path.dirname(__file__), "no-such-cache")}
     assert subprocess.run([sys.executable, "-c", code], check=False, env=elsewhere).returncode == 1

@@ -190,9 +190,10 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
     starts = 0 if options.json and options.starts is None else options.starts
     if starts == 0:
         return not_followed("none were asked for")
-    from percuss.simulate.trajectory import compiled  # loads the compiler
+    from percuss.compiled import is_compiled  # loads the compiler
+    from percuss.simulate.kernels.motion import follow
 
-    if not compiled():
+    if not is_compiled(follow):
         if starts is None:
             return not_followed(
                 "the simulator has not been compiled on this computer yet; "

@@ -873,11 +873,3 @@ def _begun(
     from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
     return SelfSwitching.begun(mechanism(system, modes), start, stop)
-
-
-def compiled() -> bool:
-    """Whether the kernels need not be compiled for this processor; false where that cannot be told."""
-    from percuss.compiled import is_compiled
-    from percuss.simulate.kernels.motion import follow
-
-    return is_compiled(follow)

@@ -260,12 +260,9 @@ def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     if not case.is_machine:
         check_steady(case.system(), periods, asked.modes, terms.limits)
     answer, blow = reported_answers(case, asked.modes, periods, fatigue=find_spec("rainflow") is not None)
-    language = asked.language or "en"
     with DRAWING:
         if asked.paper:
-            return Attachment(
-                report_pdf(case, answer, motion, blow, asked.paper, language), "report.pdf", "application/pdf"
-            )
-        return Attachment(
-            report_html(case, answer, motion, blow, language).encode(), "report.html", "text/html; charset=utf-8"
-        )
+            data = report_pdf(case, answer, motion, blow, asked.paper, asked.language)
+            return Attachment(data, "report.pdf", "application/pdf")
+        page = report_html(case, answer, motion, blow, asked.language)
+        return Attachment(page.encode(), "report.html", "text/html; charset=utf-8")

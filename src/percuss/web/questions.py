@@ -277,7 +277,7 @@ class ReportAsked(CaseAsked):
     modes: Modes | None = None
     simulate: bool = False
     paper: Annotated[Literal["", "a4", "letter"], Field(description='of a PDF, to print and sign; "" for HTML')] = ""
-    language: Annotated[Literal["", "en", "de", "sv"], Field(description='of all that it says; "" for English')] = ""
+    language: Literal["en", "de", "sv"] = "en"
 
 
 Lines = Annotated[list[Text], Field(max_length=16)]

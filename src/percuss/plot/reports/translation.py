@@ -34,6 +34,8 @@ _UNIT = re.compile(
     r"kip|psi|ksi|hp|gal|gpm|rpm|bpm|rev|deg|blows?)(?:\^?-?[0-9]+|[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
 )
 
+_KEPT = 5000  # texts of which the translation is kept
+
 
 class _Template(NamedTuple):
     """A phrase with words filled in: what stands between them, what is filled in, and its translation."""
@@ -59,6 +61,9 @@ class Translation:
     def __call__(self, text: str) -> str:
         """A text in the language."""
         if text not in self._done:
+            if len(self._done) > _KEPT:
+                self._done.clear()
+                self.missed.clear()
             self._done[text] = self._translated(text) if text else text
         return self._done[text]
 
