@@ -258,7 +258,7 @@ def main() -> None:
     parser.add_argument("--keep", action="store_true", help="update benchmarks/RESULTS.md, the groups measured now")
     parser.add_argument("--only", choices=sorted(GROUPS), action="append", help="one group; may be given several times")
     parser.add_argument(
-        "--compare", metavar="REF", help="beside another commit, in turn; fails where a row is 5 % worse"
+        "--compare", metavar="REF", help="beside another commit, in turn; fails where a row is 5 %% worse"
     )
     options = parser.parse_args()
     if options.compare:
