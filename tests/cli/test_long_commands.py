@@ -147,7 +147,7 @@ def test_killed_and_interrupted_processes_go_on(percuss, tmp_path):
         ("basins", "case.toml", "--x", "time=0:6:100000", "--y", "velocity=-6:0:100000"),
     ],
 )
-def test_what_no_memory_holds_is_refused_after_a_sample(percuss, monkeypatch, ask):
+def test_what_takes_too_much_is_refused_after_a_sample(percuss, monkeypatch, ask):
     for job in (ExperimentJob, BasinsJob):
 
         def compute(self, first, last, stopped, whole=job.compute):
@@ -157,9 +157,10 @@ def test_what_no_memory_holds_is_refused_after_a_sample(percuss, monkeypatch, as
         monkeypatch.setattr(job, "compute", compute)
     done = percuss(*ask, "--modes", 0)
     done.refused("--yes")
-    assert re.search(r"\d [GT]B", done.err)
-    monkeypatch.setattr("percuss.explore.jobs.carrying_out._memory", lambda: 64e9)
-    percuss(*ask, "--modes", 0, "--yes").refused("of memory")
+    assert re.search(r"\d [MGT]B", done.err)
+    if ask[0] == "basins":  # starts of an experiment are counted and forgotten
+        monkeypatch.setattr("percuss.explore.jobs.carrying_out._memory", lambda: 64e9)
+        percuss(*ask, "--modes", 0, "--yes").refused("of memory")
 
 
 # -- what the answers say ---------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Experiments and basins: starts, shares and intervals, attractors told apart, by energy and by single motions."""
 
 import json
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,8 @@ from percuss.explore import Archive, Axis, Basins, Experiment, basins, experimen
 from percuss.explore.attractors.basin import basins_job
 from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own, speed_scale
 from percuss.explore.attractors.experiments import experiment_job, wilson
-from percuss.explore.attractors.hammers import MACHINE_COLUMNS, ClockedHammer, invariants_of
+from percuss.explore.attractors.hammers import MACHINE_COLUMNS, ClockedHammer, Tally, invariants_of
+from percuss.explore.jobs.archive_export import dataset_of
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model import Chamber, Machine, Port, Reversed, UniformBar, Valve
 from percuss.simulate import STALLS
@@ -388,6 +390,65 @@ def test_labels_keep_motions_apart():
     columns["cycle_impacts"] = np.array([1, 1, 1, 0, 0, 0])
     columns["wanders"] = np.array([False, False, False, True, False, True])
     assert ClockedHammer.matched(columns, 1.0).tolist() == [0, 2, 0, 1, 3, 1]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_motions_are_counted_alike_in_any_portions(seed):
+    """Clouds, chains of small steps and single ones: cut apart all at once, or as they come."""
+    random, hammer = np.random.default_rng(seed), ClockedHammer(PNEUMATIC)
+    size = int(random.integers(1, 400))
+    columns = made([[(1.0, 2.0)]] * size)
+    columns["code"][random.random(size) < 0.1] = -1
+    centres = random.choice([0.0, 3e-4, 1e-3], (7, 8))[random.integers(0, 7, size)]
+    columns["invariants"] = 1.0 + centres + 10.0 ** -random.integers(3, 6) * random.random((size, 8))
+    columns["cycle_impacts"] = random.integers(0, 3, size)
+    columns["invariants"][columns["cycle_impacts"] == 0] = np.nan
+    known = {name: values[columns["code"] >= 0] for name, values in columns.items()}
+    number, tally = hammer.matched(known, hammer.speed), Tally(hammer)
+    cuts = np.unique(np.append(random.integers(0, size, 9), [0, size]))
+    for i in random.permutation(cuts.size - 1):
+        tally.add(int(cuts[i]), {name: values[cuts[i] : cuts[i + 1]] for name, values in columns.items()})
+    assert tally.members.tolist() == np.bincount(number).tolist()
+    first = [int(np.flatnonzero(number == i)[0]) for i in range(tally.members.size)]
+    assert tally.first.tolist() == np.flatnonzero(columns["code"] >= 0)[first].tolist()
+    assert np.array_equal(tally.numbers(known), number)
+    same(tally.rows, {name: values[first] for name, values in known.items()})
+
+
+@pytest.mark.parametrize("archived", [False, True])
+def test_memory_does_not_grow_with_the_starts(tmp_path, archived):
+    def peak(number):
+        place = tmp_path / f"{number}.zarr" if archived else None
+        tracemalloc.start()
+        found = experiment(
+            PNEUMATIC, number, seed=2, modes=0, stop=Stop(impacts=2), rows=100, workers=1, chunk=2000, archive=place
+        )
+        used = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert len(found) == number and found.columns["code"].size == 100
+        return used
+
+    peak(2000)  # what is loaded and kept once
+    assert peak(80_000) < 1.2 * peak(8000)
+
+
+def test_starts_without_rows_are_counted(tmp_path):
+    asked = {"seed": 2, "modes": 0, "workers": 1, "stop": Stop(impacts=100)}
+    whole = experiment(PNEUMATIC, 400, **asked, archive=tmp_path / "a.zarr", chunk=70)
+    for few in (
+        experiment(PNEUMATIC, 400, **asked, rows=90),
+        experiment(PNEUMATIC, 400, **asked, rows=90, archive=tmp_path / "a.zarr", resume=True),
+        Experiment.from_archive(Archive.open(tmp_path / "a.zarr"), rows=90),
+    ):
+        assert few.to_json_dict() == whole.to_json_dict() and len(few) == 400 and few.labels == whole.labels
+        assert np.array_equal(few.attractor, whole.attractor[:90]) and len(few.starts) == 90
+        assert few.attractors == whole.attractors
+        assert few.to_xarray().attrs["starts_without_rows"] == 310
+        with pytest.raises(ParameterError, match="rows"):
+            few.save(tmp_path / "few.nc")
+    assert dataset_of(Archive.open(tmp_path / "a.zarr")).sizes["start"] == 400
+    whole.save(tmp_path / "whole.nc")
+    assert Experiment.load(tmp_path / "whole.nc").to_json_dict() == whole.to_json_dict()
 
 
 def test_a_motion_shifted_by_a_load_period_is_the_same_attractor():

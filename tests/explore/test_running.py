@@ -29,8 +29,8 @@ from percuss.cli.long_commands import CARRYING, JobWatch, carried
 from percuss.errors import Interrupted, ParameterError, PercussError, UsageError
 from percuss.explore.attractors.experiments import experiment_job
 from percuss.explore.jobs.archive import Archive
-from percuss.explore.jobs.carrying_out import Sheet, carry_out, chunk_of, estimate, measured
-from percuss.explore.jobs.job import Column
+from percuss.explore.jobs.carrying_out import Sheet, carried_into, carry_out, chunk_of, estimate, measured
+from percuss.explore.jobs.job import Column, Runs
 from percuss.explore.jobs.pool import SMALL, Chunk, Processes
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.sweeps import sweep_job
@@ -195,12 +195,57 @@ def test_meter():
 
 
 def test_sheet():
-    sheet = Sheet(Sines(10))
-    assert sheet.gaps(0, 10) == [(0, 10)]
-    assert sheet.put(2, 4, Sines(10).compute(2, 4, lambda: False)) == 2
-    assert sheet.put(3, 6, Sines(10).compute(3, 6, lambda: False)) == 2
-    assert sheet.gaps(0, 10) == [(0, 2), (6, 10)] and sheet.gaps(2, 6) == [] and sheet.gaps(5, 8) == [(6, 8)]
-    assert np.isnan(sheet.columns["sine"][7]) and sheet.columns["remainder"][7] == -1
+    sheet = Sheet(Sines(10), 8)
+    sheet.put(2, Sines(10).compute(2, 4, lambda: False))
+    sheet.put(6, Sines(10).compute(6, 10, lambda: False))
+    sheet.put(9, Sines(10).compute(9, 10, lambda: False))
+    assert sheet.columns["remainder"].tolist() == [-1, -1, 2, 3, -1, -1, 6, 0] and np.isnan(sheet.columns["sine"][1])
+
+
+def test_runs():
+    """Beside a set, in any order."""
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        runs, there = Runs(), set()
+        for _ in range(random.integers(1, 12)):
+            first = int(random.integers(0, 30))
+            last = first + int(random.integers(1, 6))
+            gaps = {i for a, b in runs.gaps(first, last) for i in range(a, b)}
+            assert gaps == set(range(first, last)) - there
+            runs.add(first, last)
+            there |= set(range(first, last))
+        gaps = runs.gaps(0, 40)
+        assert {i for a, b in gaps for i in range(a, b)} == set(range(40)) - there
+        assert all(b < c for (_, b), (c, _) in itertools.pairwise(gaps))
+
+
+class Once:
+    """Takes items, each once."""
+
+    def __init__(self, size: int) -> None:
+        self.columns: dict[str, Any] = {}
+        self.came, self.sheet = np.zeros(size, dtype=int), Sheet(Sines(size))
+
+    def put(self, first: int, columns: dict[str, Any]) -> None:
+        self.came[first : first + columns["even"].size] += 1
+        self.sheet.put(first, columns)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("archived", [True, False])
+def test_items_go_elsewhere_each_once(tmp_path, processes, workers, archived):
+    job, place = Sines(300, sleep=0.002), tmp_path / "a.zarr"
+    running = {"workers": workers, "archive": place if archived else None, "chunk": 40}
+    if archived:
+        with pytest.raises(Interrupted):
+            carried_into(Once(300), job, progress=lambda now: now.done > 100, **running)
+    taken = Once(300)
+    assert carried_into(taken, job, resume=archived, **running) == {}
+    assert (taken.came == 1).all() and same(taken.sheet.columns, whole(job))
+    if archived:
+        with Archive.open(place) as archive:
+            assert same(archive.read(), whole(job)) and archive.items_done == 300
+            assert len(list(archive.parts())) == 1
 
 
 # -- what goes wrong --
@@ -287,7 +332,7 @@ def test_a_job_that_breaks_its_word(change, told):
 
 
 def test_more_than_memory_holds():
-    with pytest.raises(PercussError, match=r"items take 3\.6e\+05 GB and this machine has"):
+    with pytest.raises(PercussError, match=r"items take 3\.5e\+05 GB and this machine has"):
         carry_out(Sines(10**13))
 
 

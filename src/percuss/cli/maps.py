@@ -25,7 +25,7 @@ from percuss.cli.arguments import (
     plot_option,
     whole,
 )
-from percuss.cli.long_commands import CARRYING, carried, watching
+from percuss.cli.long_commands import CARRYING, carried, carrying, watching
 from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -221,12 +221,14 @@ wall, velocity V N(0, 1); gentle, on the wall, leaving with 0 to V/20.""",
 )
 def experiment(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case import experiment_job_of
-    from percuss.explore.attractors.experiments import Experiment
+    from percuss.explore.attractors.experiments import carried_experiment
 
     case = named_case(options.case)
     asked = {"modes": options.modes, "impacts": options.impacts}
     job = experiment_job_of(case, options.starts, options.distribution, options.seed, **asked)
-    return _starts(options, case, "experiment", Experiment.of(job, carried(parser, options, job)))
+    with carrying(parser, options) as running:
+        found = carried_experiment(job, **running)
+    return _starts(options, case, "experiment", found)
 
 
 _WITH_UNIT = re.compile(r"\s*[-+−]?\.?\d")

@@ -29,7 +29,7 @@ from percuss.explore.attractors.drawn_starts import (
     start_values,
     starts_from,
 )
-from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_of, seconds_of_start
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, Tally, hammer_of, seconds_of_start
 from percuss.explore.jobs.archive_export import OfColumns, variables_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
@@ -248,7 +248,8 @@ class StartsFollowed(OfColumns):
     @classmethod
     def of(cls, job: Any, columns: Columns, distance: float = DISTANCE) -> Self:
         """The result of a job."""
-        asked = {one.name: getattr(job, one.name) for one in fields(cls) if one.name not in ("columns", "distance")}
+        own = ("columns", "distance", "tally")
+        asked = {one.name: getattr(job, one.name) for one in fields(cls) if one.name not in own}
         return cls(columns=columns, distance=distance, **asked)
 
     @staticmethod
@@ -272,18 +273,24 @@ class StartsFollowed(OfColumns):
     @cached_property
     def numbers(self) -> npt.NDArray[np.int64]:
         """The number of the attractor of each of them, 0 for the most frequent."""
-        return self.hammer.matched(self.known, self.hammer.speed, self.distance)
+        return self.counted.numbers(self.known)
+
+    @cached_property
+    def counted(self) -> Tally:
+        """How many starts settle on what."""
+        tally = Tally(self.hammer, self.distance)
+        tally.add(0, self.columns)
+        return tally
 
     @cached_property
     def attractors(self) -> tuple[Attractor, ...]:
         """The attractors, the most frequent first."""
-        begun = starts_from(self.known, self.hammer.states)
-        return self.hammer.attractors(self.known, self.numbers, begun, self.modes, self.stop)
+        return self.hammer.attractors(self.counted, self.modes, self.stop)
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
         """The share of each attractor, with 95 % intervals, most frequent first (a plane is no random sample)."""
-        number = self.numbers.size
+        number = int(self.counted.members.sum())
         return tuple(Share(one, one.members / number, *wilson(one.members, number)) for one in self.attractors)
 
     def _si_of(self, name: str) -> dict[str, Any]:
@@ -324,6 +331,23 @@ class StartsFollowed(OfColumns):
         return made
 
 
+KEPT_STARTS = 1_000_000  # of which the columns of an experiment are kept in memory, unless asked otherwise
+
+
+class _Followed:
+    """What takes the starts of an experiment: all are counted, and the first `rows` are kept."""
+
+    def __init__(self, hammer: Hammer, items: Any, distance: float, rows: int) -> None:
+        from percuss.explore.jobs.carrying_out import Sheet
+
+        self.tally, self._sheet = Tally(hammer, distance), Sheet(items, rows)
+        self.columns = self._sheet.columns
+
+    def put(self, first: int, columns: Columns) -> None:
+        self.tally.add(first, columns)
+        self._sheet.put(first, columns)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
@@ -335,18 +359,25 @@ class Experiment(StartsFollowed):
     distribution, seed
         What the starts were drawn from, and with.
     columns
-        One row for each start: the start, how it ended and the numbers of its motion; see `to_xarray`.
+        One row for each start, or for the first of very many: the start, how it ended and the numbers of its motion;
+        see `to_xarray`.
+    tally
+        How many of all starts settle on what; None where all of them have rows.
     distance
         What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
     distribution: str
     seed: int
+    tally: Tally | None = field(default=None, repr=False)
 
     @classmethod
-    def from_archive(cls, archive: Any) -> Experiment:
-        """The experiment that an archive holds, of those starts that are done."""
-        return cls.of_done(archive.ask, archive.read())
+    def from_archive(cls, archive: Any, rows: int = KEPT_STARTS) -> Experiment:
+        """The experiment that an archive holds, of those starts that are done; with the columns of the first `rows`."""
+        into = _Followed(hammer_of(cls._asked_in(archive.ask)["system"]), archive, DISTANCE, rows)
+        for first, _, columns in archive.parts():
+            into.put(first, columns)
+        return replace(cls.of_done(archive.ask, into.columns), tally=into.tally)
 
     @classmethod
     def of_done(cls, ask: Mapping[str, Any], columns: Columns, distance: float = DISTANCE) -> Experiment:
@@ -356,21 +387,26 @@ class Experiment(StartsFollowed):
         return cls(columns=kept, **told, **cls._asked_in(ask))
 
     def __len__(self) -> int:
-        return int(self.columns["code"].size)
+        return int(self.counted.members.sum())
+
+    @cached_property
+    def counted(self) -> Tally:
+        """How many starts settle on what."""
+        return super().counted if self.tally is None else self.tally
 
     @property
     def starts(self) -> Starts:
-        """All starts."""
+        """The starts that have rows."""
         return starts_from(self.columns, self.hammer.states)
 
     @property
     def attractor(self) -> npt.NDArray[np.int64]:
-        """The number of the attractor of each start, 0 for the most frequent; shape (starts,)."""
+        """The number of the attractor of each start that has a row, 0 for the most frequent."""
         return self.numbers
 
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
-        """What motion each start ends in, as `Trajectory.label`; shape (starts,)."""
+        """What motion each start that has a row ends in, as `Trajectory.label`."""
         return self.hammer.labels(self.columns)
 
     @cached_property
@@ -381,10 +417,22 @@ class Experiment(StartsFollowed):
             found[attractor.label] += attractor.members
         return {name: (k / len(self), *wilson(k, len(self))) for name, k in found.most_common()}
 
+    @property
+    def _rest(self) -> int:
+        """How many starts have no rows."""
+        return len(self) - int(np.count_nonzero(done(self.columns)))
+
+    def _content(self) -> xarray.Dataset:
+        if self._rest:
+            remedy = f"ask for rows={len(self)}, or keep an archive, which holds all"
+            raise ParameterError("rows", len(self) - self._rest, f"all {len(self)} starts in a file", remedy)
+        return super()._content()
+
     def to_xarray(self) -> xarray.Dataset:
         """All columns over the dimension ``start``, and the attractors over ``attractor``, with units and meanings."""
         title = f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}"
         about = {"title": title, "distribution": self.distribution, "seed": self.seed}
+        about |= {"starts_without_rows": self._rest} if self._rest else {}
         return self._dataset_over(("start",), self.attractor, about)
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -408,6 +456,16 @@ class Experiment(StartsFollowed):
         return "\n".join([head, *(f"  {share}" for share in self.shares)])
 
 
+def carried_experiment(
+    job: ExperimentJob, distance: float = DISTANCE, rows: int = KEPT_STARTS, **running: Any
+) -> Experiment:
+    """A job of an experiment carried out; see `experiment`."""
+    from percuss.explore.jobs.carrying_out import carried_into
+
+    into = _Followed(job.hammer, job, distance, rows)
+    return replace(Experiment.of(job, carried_into(into, job, **running), distance), tally=into.tally)
+
+
 def experiment(
     system: System | Machine,
     starts: int | None = None,
@@ -417,11 +475,13 @@ def experiment(
     modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     distance: float = DISTANCE,
+    rows: int = KEPT_STARTS,
     **running: Any,
 ) -> Experiment:
     """Follow random starts to what they settle on; the shares of the attractors, with intervals.
 
-    The same seed gives the same numbers to the last bit, whatever the number of workers.
+    The same seed gives the same numbers to the last bit, whatever the number of workers. Starts beyond `rows` are
+    counted and forgotten: memory does not grow with their number.
 
     Parameters
     ----------
@@ -442,13 +502,15 @@ def experiment(
         `percuss.simulate.Stop` for its tolerance.
     distance
         How far apart motions of one label are different attractors (radians, relative periods and speeds).
+    rows
+        Of how many starts, from the first on, the columns are given, some 200 bytes each; an archive keeps them of all.
     running
         ``workers``, ``archive``, ``resume``, ``chunk``, ``pool``, ``progress`` as `percuss.explore.carry_out` has them.
 
     Returns
     -------
     Experiment
-        With `shares`, the columns of all starts by `to_xarray`, and `to_json_dict`.
+        With `shares`, the columns of the starts by `to_xarray`, and `to_json_dict`.
 
     Raises
     ------
@@ -467,6 +529,4 @@ def experiment(
     """
     job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop)
     apart = non_negative("distance", distance)
-    from percuss.explore.jobs.carrying_out import carry_out
-
-    return Experiment.of(job, carry_out(job, **running), apart)
+    return carried_experiment(job, apart, count("rows", rows, least=0, most=_MOST_STARTS), **running)

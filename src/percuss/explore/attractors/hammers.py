@@ -16,10 +16,12 @@ from percuss.errors import ParameterError
 from percuss.explore.attractors.drawn_starts import (
     MODE,
     UNIT_OF_TIME,
+    done,
     end_starts,
     farthest_port,
     some,
     speed_scale,
+    starts_from,
     states_of,
 )
 from percuss.explore.jobs.job import Column, Columns
@@ -185,44 +187,115 @@ class Hammer(ABC):
         # speeds relative to their scale plus the speed. What is spread by an early end of a slow approach therefore
         # stays together, and so do motions that differ by whole load periods: their phases are the same. Motions that
         # are not periodic are told apart by their labels alone.
-        values = cls.tells_apart(columns, speed)
-        values = np.where(np.isfinite(values), values, 1e9)
-        names, key = np.unique(cls.labels(columns), return_inverse=True)
-        todo, groups = [np.flatnonzero(key == i) for i in range(names.size)], []
-        while todo:
-            part = todo.pop()
-            pieces = _cut(part, values[part], distance)
-            if len(pieces) == 1:
-                groups.append(part)
-            else:
-                todo.extend(pieces)
+        names, values = cls.marked(columns, speed)
+        groups = _grouped(names, values, values, distance)
         groups.sort(key=lambda part: (-part.size, int(part.min())))
-        number = np.empty(key.size, dtype=np.int64)
+        number = np.empty(names.size, dtype=np.int64)
         for i, part in enumerate(groups):
             number[part] = i
         return number
 
-    def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
-    ) -> tuple[Attractor, ...]:
-        """The attractors behind the numbers, with the figures of their first members, which are followed once more."""
+    @classmethod
+    def marked(cls, columns: Columns, speed: float) -> tuple[npt.NDArray[np.str_], Array]:
+        """The label of each motion, and the numbers that tell it from others of its label, alike where it has none."""
+        values = cls.tells_apart(columns, speed)
+        return cls.labels(columns), np.where(np.isfinite(values), values, 1e9)
+
+    def attractors(self, tally: Tally, modes: int, stop: Stop) -> tuple[Attractor, ...]:
+        """The attractors that were counted, with the figures of their first members, which are followed once more."""
         from percuss.simulate import run
 
-        _, first, members = np.unique(number, return_index=True, return_counts=True)
-        names = self.labels({name: columns[name][first] for name in self.columns}) if number.size else ()
-        found = []
-        for i, (name, many, row) in enumerate(zip(names, members.tolist(), first.tolist(), strict=True)):
-            periodic = columns[self.settled][row] > 0
-            again = run(self.what, starts[row], modes=modes, stop=stop) if periodic else None
-            found.append(Attractor(i, str(name), many, row, *self.figures(columns, row, again)))
+        found: list[Attractor] = []
+        starts = starts_from(tally.rows, self.states) if tally.members.size else None
+        for i, (name, many, row) in enumerate(
+            zip(tally.label, tally.members.tolist(), tally.first.tolist(), strict=True)
+        ):
+            assert starts is not None
+            again = run(self.what, starts[i], modes=modes, stop=stop) if tally.rows[self.settled][i] > 0 else None
+            found.append(Attractor(i, str(name), many, row, *self.figures(tally.rows, i, again)))
         return tuple(found)
 
 
-def _cut(part: npt.NDArray[np.intp], values: Array, distance: float) -> list[npt.NDArray[np.intp]]:
+class Tally:
+    """What motions settle on, counted as they come: memory for the attractors, not for the motions.
+
+    Motions among which no number leaves a gap stay one attractor whatever comes besides, and of them only the ends
+    of each number are needed to tell what else belongs to them: so the numbers are those of `Hammer.matched` for all
+    at once, in any portions and any order.
+
+    `label`, `members`, `first`, `rows`: of each attractor, the most frequent first, its label, how many settle on it,
+    and the number and the columns of the first of them.
+    """
+
+    def __init__(self, hammer: Hammer, distance: float = DISTANCE) -> None:
+        self._hammer, self._distance = hammer, distance
+        self.label: npt.NDArray[np.str_] = np.empty(0, "U1")
+        self.members, self.first = np.empty(0, np.int64), np.empty(0, np.int64)
+        self.rows: Columns = {}
+        self._low = self._high = np.empty(0)
+
+    def add(self, first: int, columns: Columns) -> None:
+        """The motions from number `first` on; those that are not done do not count."""
+        here = np.flatnonzero(done(columns))
+        if not here.size:
+            return
+        rows = {name: values[here] for name, values in columns.items()}
+        members, number = np.ones(here.size, np.int64), first + here
+        label, low, high = self._beside(rows)
+        if self.rows:
+            rows = {name: np.concatenate([self.rows[name], values]) for name, values in rows.items()}
+            members, number = np.append(self.members, members), np.append(self.first, number)
+        groups = [
+            (-int(members[part].sum()), int(part[np.argmin(number[part])]), part)
+            for part in _grouped(label, low, high, self._distance)
+        ]
+        groups.sort(key=lambda group: (group[0], number[group[1]]))
+        self.members, heads = -np.array([many for many, _, _ in groups]), np.array([head for _, head, _ in groups])
+        self._low = np.array([low[part].min(axis=0) for *_, part in groups])
+        self._high = np.array([high[part].max(axis=0) for *_, part in groups])
+        self.label, self.first = label[heads], number[heads]
+        self.rows = {name: values[heads] for name, values in rows.items()}
+
+    def numbers(self, columns: Columns) -> npt.NDArray[np.int64]:
+        """The number of the attractor of each of some of the motions, 0 for the most frequent."""
+        known, found = self.members.size, np.empty(columns["code"].size, dtype=np.int64)
+        if found.size:
+            for part in _grouped(*self._beside(columns), self._distance):
+                found[part[part >= known] - known] = part.min()
+        return found
+
+    def _beside(self, columns: Columns) -> tuple[npt.NDArray[np.str_], Array, Array]:
+        """Labels, and least and greatest numbers, of the attractors and then of motions."""
+        label, values = self._hammer.marked(columns, self._hammer.speed)
+        if not self.rows:
+            return label, values, values
+        return (
+            np.append(self.label, label),
+            np.concatenate([self._low, values]),
+            np.concatenate([self._high, values]),
+        )
+
+
+def _grouped(names: npt.NDArray[np.str_], low: Array, high: Array, distance: float) -> list[npt.NDArray[np.intp]]:
+    """Motions of one name, or boxes of them from `low` to `high`, cut apart where one of the numbers leaves a gap."""
+    every, key = np.unique(names, return_inverse=True)
+    todo, groups = [np.flatnonzero(key == i) for i in range(every.size)], []
+    while todo:
+        part = todo.pop()
+        pieces = _cut(part, low[part], high[part], distance)
+        if len(pieces) == 1:
+            groups.append(part)
+        else:
+            todo.extend(pieces)
+    return groups
+
+
+def _cut(part: npt.NDArray[np.intp], low: Array, high: Array, distance: float) -> list[npt.NDArray[np.intp]]:
     """A group, cut at the gaps of the first of the numbers that has any."""
-    for j in np.flatnonzero(values.max(axis=0) - values.min(axis=0) > distance):
-        order = np.argsort(values[:, j], kind="stable")
-        gaps = np.flatnonzero(np.diff(values[order, j]) > distance) + 1
+    for j in np.flatnonzero(high.max(axis=0) - low.min(axis=0) > distance):
+        order = np.argsort(low[:, j], kind="stable")
+        reached = np.maximum.accumulate(high[order, j])
+        gaps = np.flatnonzero(low[order[1:], j] - reached[:-1] > distance) + 1
         if gaps.size:
             return np.split(part[order], gaps)
     return [part]

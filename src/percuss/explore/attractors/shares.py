@@ -106,8 +106,7 @@ class Shares(OfValues):
         lines: list[list[int]] = []
         ends: list[tuple[str, Array]] = []
         for i, one in enumerate(self.experiments):
-            rows = [attractor.first for attractor in one.attractors]
-            marks = one.hammer.tells_apart({name: values[rows] for name, values in one.known.items()}, one.hammer.speed)
+            marks = one.hammer.tells_apart(one.counted.rows, one.hammer.speed) if len(one) else ()
             here = [(a.label, np.nan_to_num(mark)) for a, mark in zip(one.attractors, marks, strict=True)]
             pairs = sorted(
                 (float(np.abs(end[1] - at[1]).max(initial=0.0)), j, k)

@@ -54,7 +54,7 @@ from percuss.explore.jobs.archive_layout import (
     written,
     zarr_package,
 )
-from percuss.explore.jobs.job import Column, Columns, Job
+from percuss.explore.jobs.job import Column, Columns, Job, Runs
 from percuss.explore.jobs.pool import undisturbed
 from percuss.model.checks import path as checked_path
 
@@ -254,6 +254,8 @@ def _alive(who: dict[str, Any]) -> bool:
 
 # ---- A job's numbers on disk, chunk by chunk: readable at any moment, and continued where it was broken off
 
+_BATCH = 1 << 16  # items that are read at once
+
 RESULTS = {
     "basins": "percuss.explore.attractors.basin:Basins.from_archive",
     "diagram": "percuss.explore.diagrams.diagram:Diagram.from_archive",
@@ -302,7 +304,7 @@ class Archive:
             self._underway = Underway(path, self.columns, self.size)
         except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
             raise damaged(path, repr(error)[:200], BEGIN) from None
-        signs, unread = readable(self._arrays[DONE], 0, range(-(-self.size // self.chunk)), 1)
+        signs, unread = readable(self._arrays[DONE], 0, list(range(-(-self.size // self.chunk))), 1)
         self.done: npt.NDArray[np.bool_] = signs.astype(bool)
         if unread and lock is None:
             raise damaged(path, f"whether chunk {unread[0]} is there cannot be read", MEND)
@@ -411,7 +413,8 @@ class Archive:
     @property
     def items_done(self) -> int:
         """How many items are there, in chunks that are complete and in others."""
-        return int(np.count_nonzero(self.known))
+        whole = sum(last - first for first, last in map(self.bounds, np.flatnonzero(self.done).tolist()))
+        return whole + sum(last - first for first, last, _ in self._unfinished())
 
     @property
     def fraction(self) -> float:
@@ -441,27 +444,55 @@ class Archive:
         ArchiveError
             When a chunk that was complete is lost or was changed; with which, and what helps.
         """
-        empty = np.repeat(~self.done, self.chunk)[: self.size]
-        found: Columns = {}
-        for name, column in self.columns.items():
-            found[name], bad = self._column(name)
-            if bad:
-                first, last = self.bounds(bad[0])
-                raise damaged(self.path, f"chunk {bad[0]} (items {first} to {last - 1}) of the column {name}", MEND)
-            found[name][empty] = column.empty  # of a chunk under way some columns may be there
-        for first, last, columns in self._underway.records():
-            here = empty[first:last]
+        found = {name: np.full((self.size, *c.shape), c.empty, c.dtype) for name, c in self.columns.items()}
+        for first, last, columns in self.parts():
             for name, values in columns.items():
-                found[name][first:last][here] = values[here]
+                found[name][first:last] = values
         return found
 
-    def result(self) -> Any:
-        """What the job was made for, a `Sweep`, an `Experiment`, …; None when this version knows no such kind."""
+    def parts(self) -> Iterator[Record]:
+        """What is done, some chunks at a time: first item, the one after the last, and all columns; as of `read`."""
+        for numbers in self._batches():
+            first, last = self.bounds(numbers[0])[0], self.bounds(numbers[-1])[1]
+            columns: Columns = {}
+            for name in self.columns:
+                columns[name], bad = self._column(name, numbers)
+                if bad:
+                    first, last = self.bounds(bad[0])
+                    raise damaged(self.path, f"chunk {bad[0]} (items {first} to {last - 1}) of the column {name}", MEND)
+            yield first, last, columns
+        yield from self._unfinished()
+
+    def _unfinished(self) -> Iterator[Record]:
+        """What is done of chunks that are not complete, each item once."""
+        there = Runs()
+        for begin, end, columns in self._underway.records():
+            for first, last in there.gaps(begin, end):
+                there.add(first, last)
+                for number in range(first // self.chunk, (last - 1) // self.chunk + 1):
+                    a, b = self.bounds(number)
+                    a, b = max(a, first), min(b, last)
+                    if not self.done[number]:
+                        yield a, b, {name: values[a - begin : b - begin] for name, values in columns.items()}
+
+    def _batches(self) -> Iterator[list[int]]:
+        """The numbers of the chunks that are complete: neighbours together, as many as take some MB."""
+        most = max(1, _BATCH // self.chunk)
+        done = np.flatnonzero(self.done)
+        for run in np.split(done, np.flatnonzero(np.diff(done) > 1) + 1):
+            for i in range(0, run.size, most):
+                yield run[i : i + most].tolist()
+
+    def result(self, **asked: Any) -> Any:
+        """What the job was made for, a `Sweep`, an `Experiment`, …; None when this version knows no such kind.
+
+        `asked`: of its ``from_archive``, as `rows` of an `Experiment`.
+        """
         if self.kind not in RESULTS:
             return None
         module, _, name = RESULTS[self.kind].partition(":")
         try:
-            return attrgetter(name)(import_module(module))(self)
+            return attrgetter(name)(import_module(module))(self, **asked)
         except (KeyError, TypeError, ValueError, AttributeError):  # an archive of somebody else's job
             return None
 
@@ -480,7 +511,8 @@ class Archive:
 
     def _give_up_damaged(self) -> None:
         """What is damaged does not count as done any more."""
-        bad = {*self.damaged, *(number for name in self.columns for number in self._column(name)[1])}
+        found = (self._column(name, numbers)[1] for numbers in self._batches() for name in self.columns)
+        bad = {*self.damaged, *(number for numbers in found for number in numbers)}
         for number in sorted(bad):
             self._sign(number, False)
         self.damaged = tuple(sorted(bad))
@@ -489,13 +521,12 @@ class Archive:
         self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
         self.done[number] = done
 
-    def _column(self, name: str) -> tuple[npt.NDArray[Any], list[int]]:
-        """A column, and the chunks of it that are done and not there as they were written."""
+    def _column(self, name: str, numbers: list[int]) -> tuple[npt.NDArray[Any], list[int]]:
+        """A column of chunks that follow each other, and those of them that are not there as they were written."""
         array, inner = self._arrays[name], ["0"] * len(self.columns[name].shape)
-        done = np.flatnonzero(self.done).tolist()
-        found, bad = readable(array, self.columns[name].empty, done, self.chunk)
+        found, bad = readable(array, self.columns[name].empty, numbers, self.chunk)
         # of a file that is not there zarr gives the fill value
-        gone = [n for n in done if array.size and not self.path.joinpath(name, "c", str(n), *inner).is_file()]
+        gone = [n for n in numbers if array.size and not self.path.joinpath(name, "c", str(n), *inner).is_file()]
         return found, sorted({*bad, *gone})
 
     def _check_same(self, job: Job) -> None:

@@ -122,7 +122,9 @@ class OfColumns(HandedOver):
         for name, column in columns.items():
             values = data[name].broadcast_like(over).transpose(*rows, ...).values
             flat[name] = values.reshape(-1, *column.shape).astype(column.dtype)
-        return cls.from_archive(SimpleNamespace(ask=parsed(data.attrs["ask"]), columns=columns, read=lambda: flat))
+        size, ask = next(iter(flat.values())).shape[0], parsed(data.attrs["ask"])
+        held = {"read": lambda: flat, "parts": lambda: [(0, size, flat)]}
+        return cls.from_archive(SimpleNamespace(ask=ask, columns=columns, size=size, **held))
 
 
 class OfValues(HandedOver):
@@ -152,7 +154,7 @@ _WHOLE = "percuss_result"
 
 def dataset_of(archive: Archive) -> xarray.Dataset:
     """What an archive holds, as its kind of result has it, with where it comes from in the attributes."""
-    result = archive.result()
+    result = archive.result(**({"rows": archive.size} if archive.kind == "experiment" else {}))
     dataset = plain_dataset(archive) if not hasattr(result, "to_xarray") else result.to_xarray()
     origin = {
         "kind": archive.kind,

@@ -356,16 +356,19 @@ def arrays_of(group: Any, columns: Mapping[str, Column], size: int, chunk: int) 
     return arrays
 
 
-def readable(array: Any, empty: Any, numbers: Iterable[int], chunk: int) -> tuple[npt.NDArray[Any], list[int]]:
-    """What can be read of an array, and which of these chunks cannot."""
+def readable(array: Any, empty: Any, numbers: list[int], chunk: int) -> tuple[npt.NDArray[Any], list[int]]:
+    """What can be read of these chunks of an array, which follow each other, and which of them cannot."""
+    if not numbers:
+        return np.empty(0, dtype=array.dtype), []
+    begin, end = numbers[0] * chunk, min((numbers[-1] + 1) * chunk, array.shape[0])
     try:
-        return np.asarray(array[:]), []
+        return np.asarray(array[begin:end]), []
     except Exception:  # whatever the codecs make of damage
-        found, bad = np.full(array.shape, empty, dtype=array.dtype), []
+        found, bad = np.full((end - begin, *array.shape[1:]), empty, dtype=array.dtype), []
     for number in numbers:
         first, last = chunk_bounds(number, chunk, array.shape[0])
         try:
-            found[first:last] = array[first:last]
+            found[first - begin : last - begin] = array[first:last]
         except Exception:  # as above, of this one
             bad.append(number)
     return found, bad

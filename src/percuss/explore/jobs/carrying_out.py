@@ -6,18 +6,19 @@ import math
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.errors import ArchiveError, Interrupted, PercussError
 from percuss.explore.jobs.archive import Archive, Record, check_free
 from percuss.explore.jobs.archive_layout import chunk_bounds
-from percuss.explore.jobs.job import Columns, Job
+from percuss.explore.jobs.job import Column, Columns, Job, Runs
 from percuss.explore.jobs.pool import SMALL, Chunk, Pool, Processes, helpers, undisturbed
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.model.checks import callback, count, flag, having, path
@@ -26,55 +27,68 @@ from percuss.short_repr import watched
 # ---- All columns of a job in memory, and which items are there
 
 
-def bytes_of(job: Job) -> int:
-    """What the columns of a job take."""
+def bytes_of(job: Items, rows: int | None = None) -> int:
+    """What the columns of a job take, or of so many of its items."""
     item = sum(np.dtype(column.dtype).itemsize * math.prod(column.shape) for column in job.columns.values())
-    return job.size * item
+    return (job.size if rows is None else rows) * item
 
 
-def check_memory(job: Job) -> None:
-    """Refuse a job whose columns do not fit into memory."""
-    needed, there = bytes_of(job) + job.size, _memory()
-    if needed > there:
-        told = f"{job.size} items take {needed / 1e9:.3g} GB and this machine has {there / 1e9:.3g} GB of memory"
-        raise PercussError(told, "ask for fewer, for instance in several parts, or for fewer quantities of each")
+class Items(Protocol):
+    """A job, or an archive."""
+
+    @property
+    def size(self) -> int: ...
+    @property
+    def columns(self) -> Mapping[str, Column]: ...
 
 
 class Sheet:
-    """The columns of a job, filled in any order: the fill value where nothing is `known`."""
+    """The columns of a job, or of its first `rows` items, filled in any order; the fill value where nothing is."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Items, rows: int | None = None) -> None:
+        self._rows = job.size if rows is None else min(rows, job.size)
+        needed, there = bytes_of(job, self._rows), _memory()
+        if needed > there:
+            told = f"{self._rows} items take {needed / 1e9:.3g} GB and this machine has {there / 1e9:.3g} GB of memory"
+            raise PercussError(told, "ask for fewer, for instance in several parts, or for fewer quantities of each")
         self.columns: Columns = {
-            name: np.full((job.size, *column.shape), column.empty, dtype=column.dtype)
+            name: np.full((self._rows, *column.shape), column.empty, dtype=column.dtype)
             for name, column in job.columns.items()
         }
-        self.known = np.zeros(job.size, dtype=bool)
 
-    def put(self, first: int, last: int, columns: Columns) -> int:
-        """Write the items `first` … `last` − 1; returns how many of them are new."""
-        if columns.keys() != self.columns.keys():
-            raise ValueError(f"the job computed {sorted(columns)} and announced {sorted(self.columns)}")
-        for name, values in columns.items():
-            place = self.columns[name][first:last]
-            if np.shape(values) != place.shape:
-                raise ValueError(f"column {name}: the job computed shape {np.shape(values)}, not {place.shape}")
-            place[...] = values
-        new = last - first - int(np.count_nonzero(self.known[first:last]))
-        self.known[first:last] = True
-        return new
-
-    def part(self, first: int, last: int) -> Columns:
-        return {name: values[first:last] for name, values in self.columns.items()}
-
-    def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
-        """The runs of items that are not there, as (first, last)."""
-        return [(first + a, first + b) for a, b in runs(~self.known[first:last])]
+    def put(self, first: int, columns: Columns) -> None:
+        """Write the items from `first` on."""
+        if first < self._rows:
+            for name, values in columns.items():
+                place = self.columns[name][first : first + len(values)]
+                place[...] = values[: len(place)]
 
 
-def runs(truth: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The runs of places where something is true, as (first, last)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], truth, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+class Sink(Protocol):
+    """Where the items of a job go: each once, in any order; `columns` are what `carry_out` gives."""
+
+    columns: Columns
+
+    def put(self, first: int, columns: Columns) -> None:
+        """The items from `first` on."""
+
+
+def checked(job: Job, first: int, last: int, columns: Columns) -> Columns:
+    """What a job computed of some items, of the types that it announced."""
+    announced = job.columns
+    if columns.keys() != announced.keys():
+        raise ValueError(f"the job computed {sorted(columns)} and announced {sorted(announced)}")
+    for name, values in columns.items():
+        shape = (last - first, *announced[name].shape)
+        if np.shape(values) != shape:
+            raise ValueError(f"column {name}: the job computed shape {np.shape(values)}, not {shape}")
+    return {name: np.asarray(values, announced[name].dtype) for name, values in columns.items()}
+
+
+def joined(records: Iterable[Record]) -> Columns:
+    """The columns of records that follow each other."""
+    parts = [columns for _, _, columns in sorted(records, key=itemgetter(0))]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _memory() -> float:
@@ -189,14 +203,21 @@ class Task:
         self.item_seconds = kept.item_seconds if kept is not None else 0.0
         self.chunk = kept.chunk if kept is not None else 0
         self.chunk_asked = False
-        self._pending: list[tuple[int, int]] = []  # runs of items that are kept nowhere yet
+        self.there = Runs()
+        self._open: dict[int, list[Record]] = {}  # what is there of chunks of the archive that are not complete
+        self._pending: list[Record] = []  # of these what is kept nowhere yet
         self._keep_next = -math.inf
         self._most_underway = _MOST_UNDERWAY
 
     def columns(
-        self, archive: str | os.PathLike[str] | None, workers: int, pool: Pool | None, chunk: int | None
+        self,
+        archive: str | os.PathLike[str] | None,
+        workers: int,
+        pool: Pool | None,
+        chunk: int | None,
+        into: Sink | None,
     ) -> Columns:
-        """Compute what is missing of the job, and give all its columns."""
+        """Compute what is missing of the job, and give all its columns, or what `into` has of them."""
         asked = chunk if not self.chunk else self.chunk
         self.chunk_asked = chunk is not None
         at_once = max(1, pool.workers) if pool is not None else workers
@@ -211,10 +232,9 @@ class Task:
         self.meter.start(done, at_once / self.item_seconds if self.item_seconds else math.nan)
         self.meter.tell()  # which may refuse before anything is written
         self._heed()
-        check_memory(self.job)  # after the watcher was told of size and time
+        self.sink: Sink = Sheet(self.job) if into is None else into  # after the watcher was told of size and time
         if archive is not None and self.kept is None:
             self.kept = Archive.create(archive, self.job, self.chunk, self.item_seconds)
-        self.sheet = Sheet(self.job)
         self._recall(pace)
         if pool is not None:
             self._elsewhere(pool)
@@ -225,12 +245,12 @@ class Task:
             with Processes(max(1, min(workers, len(self._units(workers))) - helping)) as processes:
                 self._elsewhere(processes, helping)
         self.meter.tell()
-        return self.sheet.columns
+        return self.sink.columns
 
     @property
     def known(self) -> Columns | None:
-        """All columns so far; None before the first ones."""
-        return self.sheet.columns if hasattr(self, "sheet") else None
+        """The columns so far; None before the first ones."""
+        return self.sink.columns if hasattr(self, "sink") else None
 
     def _heed(self) -> None:
         if self.meter.stopped:
@@ -238,36 +258,42 @@ class Task:
 
     def _recall(self, pace: Pace) -> None:
         """What an earlier session did, and what was computed to know the pace."""
-        numbers: set[int] = set()
-        if self.kept is not None:
-            found, known = self.kept.read(), self.kept.known
-            for first, last in runs(known):
-                self.sheet.put(first, last, {name: values[first:last] for name, values in found.items()})
-            known[np.repeat(self.kept.done, self.chunk)[: known.size]] = False
-            numbers = set((np.flatnonzero(known) // self.chunk).tolist())
-        new = 0
-        for first, last, columns in pace.portions:
-            new += self.sheet.put(first, last, columns)
-            numbers.update(range(first // self.chunk, (last - 1) // self.chunk + 1))
+        for first, last, columns in self.kept.parts() if self.kept is not None else ():
+            self._take(first, last, columns)
+        new = sum(self._take(*portion) for portion in pace.portions)
         self.meter.start(self.meter.done + new, self.meter.expected)
-        for number in sorted(numbers):
+        for number in sorted(self._open):
             self._keep(number)
         if self.kept is not None:
             self.kept.keep(self._open_records(), anew=True)
+            self._pending = []
 
     def _put(self, first: int, last: int, columns: Columns) -> None:
         """What was computed of one chunk: known from now on, and kept within a second or so."""
-        self.meter.add(self.sheet.put(first, last, columns))
-        self._pending.append((first, last))
+        self.meter.add(self._take(first, last, columns))
         self._keep(first // self.chunk)
         if time.monotonic() >= self._keep_next:
             self.keep_all()
 
+    def _take(self, first: int, last: int, columns: Columns) -> int:
+        """Hand over what was not there before, and keep it in mind until its chunk is complete; returns how many."""
+        columns, new = checked(self.job, first, last, columns), 0
+        for number in range(first // self.chunk, (last - 1) // self.chunk + 1):
+            begin, end = self._bounds(number)
+            for a, b in self.there.gaps(max(first, begin), min(last, end)):
+                part = {name: values[a - first : b - first] for name, values in columns.items()}
+                self.sink.put(a, part)
+                self.there.add(a, b)
+                new += b - a
+                if self.kept is not None and not self.kept.done[number]:
+                    self._open.setdefault(number, []).append((a, b, part))
+                    self._pending.append((a, b, part))
+        return new
+
     def _keep(self, number: int) -> None:
         """Write a chunk when all of it is there."""
-        first, last = self._bounds(number)
-        if self.kept is not None and not self.kept.done[number] and not self.sheet.gaps(first, last):
-            self.kept.write(number, self.sheet.part(first, last))
+        if self.kept is not None and not self.kept.done[number] and not self.there.gaps(*self._bounds(number)):
+            self.kept.write(number, joined(self._open.pop(number)))
 
     def keep_all(self) -> None:
         """Keep what is done of chunks that are not complete."""
@@ -279,26 +305,15 @@ class Task:
             self.kept.keep(self._open_records(), anew=True)
             self._most_underway = 2 * self.kept.bytes_underway + _MOST_UNDERWAY
         else:
-            new = [run for run in pending if not self.kept.done[run[0] // self.chunk]]
-            self.kept.keep([(first, last, self.sheet.part(first, last)) for first, last in new])
+            self.kept.keep([record for record in pending if not self.kept.done[record[0] // self.chunk]])
         self._keep_next = begin + max(_EVERY, (time.monotonic() - begin) / _SHARE)
 
     def _open_records(self) -> list[Record]:
         """The items that are there, of chunks that are not complete."""
-        found: list[Record] = []
-        for number in self._open():
-            first, last = self._bounds(number)
-            known = runs(self.sheet.known[first:last])
-            found += [(first + a, first + b, self.sheet.part(first + a, first + b)) for a, b in known]
-        return found
+        return [record for records in self._open.values() for record in records]
 
     def _bounds(self, number: int) -> tuple[int, int]:
         return chunk_bounds(number, self.chunk, self.job.size)
-
-    def _open(self) -> list[int]:
-        """The chunks of which something is not there."""
-        gaps = self.sheet.gaps(0, self.job.size)
-        return sorted({n for first, last in gaps for n in range(first // self.chunk, (last - 1) // self.chunk + 1)})
 
     # -- the two ways --
 
@@ -337,9 +352,11 @@ class Task:
             suited = max(1, int(_UNIT * max(1.0, workers / _MANY) / self.item_seconds))
         step = min(self.chunk, suited)
         found: list[Chunk] = []
-        for number in self._open():
-            for first, last in self.sheet.gaps(*self._bounds(number)):
-                found += [Chunk(len(found) + i, a, min(a + step, last)) for i, a in enumerate(range(first, last, step))]
+        for first, last in self.there.gaps(0, self.job.size):
+            while first < last:
+                upto = min(first + step, last, self._bounds(first // self.chunk)[1])
+                found.append(Chunk(len(found), first, upto))
+                first = upto
         return found
 
     def _elsewhere(self, pool: Pool, helping: bool = False) -> None:
@@ -366,7 +383,7 @@ class Task:
         """What this process takes from the row."""
         while waiting:
             chunk = waiting.popleft()
-            yield from self.sheet.gaps(chunk.first, chunk.last)
+            yield from self.there.gaps(chunk.first, chunk.last)
 
 
 def _portion(item_seconds: float) -> int:
@@ -435,6 +452,22 @@ def carry_out(
     >>> carry_out(Squares())["square"]
     array([ 0.,  1.,  4.,  9., 16.])
     """
+    asked: dict[str, Any] = {"archive": archive, "resume": resume, "workers": workers, "pool": pool, "chunk": chunk}
+    return carried_into(None, job, progress=progress, **asked)
+
+
+def carried_into(
+    into: Sink | None,
+    job: Job,
+    *,
+    archive: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    pool: Pool | None = None,
+    chunk: int | None = None,
+    progress: Callable[[JobProgress], object] | None = None,
+) -> Columns:
+    """`carry_out`; all items go `into` something instead of memory, where nothing grows with their number."""
     check_job(job)
     for name, number, most in (("chunk", chunk, _MOST_ITEMS), ("workers", workers, _MOST_WORKERS)):
         if number is not None:
@@ -452,12 +485,13 @@ def carry_out(
     elif archive is not None:
         check_free(archive)
     with watched(progress) as watch:
-        meter = Meter(job.size, bytes_of(job), watch)
+        held = bytes_of(job) if into is None or archive is not None else sum(v.nbytes for v in into.columns.values())
+        meter = Meter(job.size, held, watch)
         meter.damaged = 0 if kept is None else len(kept.damaged)
         task = Task(job, kept, meter)
         try:
             with _stopping(task, pool, archive is not None):
-                return task.columns(archive, at_once, pool, chunk)
+                return task.columns(archive, at_once, pool, chunk, into)
         finally:
             if task.kept is not None:
                 task.kept.close()

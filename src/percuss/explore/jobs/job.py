@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +14,30 @@ import numpy.typing as npt
 ASK_FORMAT = 1  # of what is asked, as an archive keeps it; every ask has it as ``percuss``
 
 Columns = dict[str, npt.NDArray[Any]]  # arrays by name, each of shape (items, *shape of one item)
+
+
+class Runs:
+    """Which items are there, as runs of them in order: memory for the gaps, not for the items."""
+
+    def __init__(self) -> None:
+        self._all: list[tuple[int, int]] = []
+
+    def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
+        """The runs of the items `first` … `last` − 1 that are not there, as (first, last)."""
+        found: list[tuple[int, int]] = []
+        i = bisect_right(self._all, first, key=itemgetter(1))
+        while first < last:
+            begin, end = self._all[i] if i < len(self._all) else (last, last)
+            if first < begin:
+                found.append((first, min(begin, last)))
+            first, i = max(first, end), i + 1
+        return found
+
+    def add(self, first: int, last: int) -> None:
+        """The items `first` … `last` − 1 are there from now on."""
+        low, high = bisect_left(self._all, first, key=itemgetter(1)), bisect_right(self._all, last, key=itemgetter(0))
+        touched = [*self._all[low:high], (first, last)]
+        self._all[low:high] = [(min(a for a, _ in touched), max(b for _, b in touched))]
 
 
 @dataclass(frozen=True)
