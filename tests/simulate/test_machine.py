@@ -434,6 +434,49 @@ def test_a_start_may_have_as_many_orders_as_it_likes():
     assert np.allclose(times, [time for time, _ in pending], rtol=0.0, atol=1e-9)
 
 
+DELAYED = (Port("power", 1.0, "back", 0.1), Port("return", on="impact", delay=0.3))
+FAST = (Port("power", 0.6, "back", 0.05), Port("return", speed=0.5, side="front"))
+FORCES = {"return": -0.4, "power": 1.8}
+ENSEMBLES = {
+    "gas": Machine(UniformBar(5.0), Valve(FORCES, DELAYED, chamber=Chamber(0.05, 1.2)), Kept(0.5)),
+    "speed": Machine(UniformBar(9.0, Ratio(0.5)), Valve(FORCES, FAST, chamber=Chamber(0.04, 0.3)), Kept(0.8)),
+    "pump": Machine(UniformBar(20.0, External(0.1)), Valve(FORCES, DELAYED, supply=Supply(0.8, 3.0)), Kept(0.6)),
+    "pump, strain": Machine(
+        SteppedBar(5.0, (0.5, 0.5), (1.0, 0.5)), Valve(FORCES, FAST, supply=Supply(0.5, 5.0)), Reversed(0.4)
+    ),
+    "late": BOUNCING,
+}
+
+
+@pytest.mark.parametrize("name", ENSEMBLES)
+@pytest.mark.parametrize("modes", [0, 3])
+def test_members_are_single_motions_to_the_bit(name: str, modes: int) -> None:
+    machine, rng = ENSEMBLES[name], np.random.default_rng(7)
+    stop = Stop(impacts=300, time=LATE) if name == "late" else Stop(impacts=60, time=60.0)
+    many_orders = tuple((0.5 + 0.01 * i, ("return", "power")[i % 2]) for i in range(300))
+    starts: list[Start] = []
+    for i in range(20):
+        u, v = rng.normal(0.0, 0.02, (2, modes + 1))
+        bars = (Start.rigid(-rng.uniform(0.0, 2.0)), Start.modal([-1.5, *u[1:]], v), Start.rigid(0.0))
+        orders = (None, Orders("power", ((0.1, "return"), (0.4, "power"))), Orders("power", many_orders))[i % 7 % 3]
+        starts.append(bars[i % 3].with_valve(("return", "power")[i % 2], orders))
+    columns = Starts(*rng.normal(0.0, 0.02, (2, 20, 3)), -rng.uniform(0.0, 2.0, 20), np.zeros(20))
+    columns = columns.with_valve(np.arange(20) % 2, ("return", "power"))
+    for given in (starts, columns):
+        single = [run(machine, start, modes=modes, stop=stop) for start in given]
+        for workers, systems in ((1, machine), (2, machine), (2, [machine] * 20)):
+            many = simulate_many(systems, given, modes=modes, stop=stop, workers=workers)
+            assert many.outcome.tolist() == [motion.outcome for motion in single]
+            assert many.label.tolist() == [motion.label for motion in single]
+            assert many.impacts.tolist() == [motion.impacts for motion in single]
+            last = [motion.snapshot["valve_now"]["time"][0] * motion.mechanism.unit for motion in single]
+            assert many.end_time.tolist() == last
+            for column, field in (("period", "period"), ("blow_speed", "blow_speed"), ("first", "first")):
+                none = -1 if field == "first" else math.nan
+                wanted = [none if motion.cycle is None else getattr(motion.cycle, field) for motion in single]
+                assert np.array_equal(getattr(many, column), wanted, equal_nan=True)
+
+
 def test_a_motion_with_hundreds_of_orders_is_broken_off_and_goes_on():
     stop = Stop(impacts=100_000, time=1.1 * LATE, periodic=False)
     whole = run(BOUNCING, Start.rigid(-1.0), modes=0, stop=stop)

@@ -231,7 +231,7 @@ class Snapshot:
 
     def copy(self) -> Snapshot:
         """Arrays of its own, to be changed."""
-        return Snapshot(*map(_copied_record, (self.z, self.now, self.count, self.cycle, self.past, self.sums)))
+        return Snapshot(*map(copied, (self.z, self.now, self.count, self.cycle, self.past, self.sums)))
 
     @property
     def motion(self) -> kn.KernelState:
@@ -251,7 +251,7 @@ class Snapshot:
         return float(self.count["period"][0]) * kn.TURN + float(self.now["phase"][0])
 
 
-def _copied_record(values: Records) -> Records:
+def copied(values: Records) -> Records:
     """A copy in one piece: NumPy copies records field by field, which takes longer than an impact."""
     return values.view(np.uint8).copy().view(values.dtype) if values.dtype.names else values.copy()
 
@@ -277,7 +277,7 @@ def begins(
 
 def desk_for(table: kn.MotionTable) -> kn.Workspace:
     """Room to work in."""
-    n = table.modes.omega.size
+    n = table.modes.omega.shape[-1]
     return kn.Workspace(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
 
 
@@ -321,7 +321,6 @@ def begin(spectrum: Spectrum, table: kn.MotionTable, start: Start) -> Snapshot:
 
 # ---- The loop around the kernels: calls them stretch by stretch, gathers the events, reports progress
 
-STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _TOO_MANY = 64  # such strides without an impact end a simulation
 ENDS = {
@@ -336,7 +335,7 @@ ENDS = {
 
 # of a motion that goes on by itself
 _NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
-_GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), kn.PAST), np.array([[math.inf, 0.0]])
+GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), kn.PAST), np.array([[math.inf, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -448,13 +447,13 @@ class Clocked:
         motion, twin, desk = state.motion, state.copy().motion, desk_for(table)
         if table.values.size:
             set_load(own.bar, table.values[count["piece"]])
-        found, stride = np.zeros(1, kn.MEMBER), STRIDE // (modes + 30)
+        found, stride = np.zeros(1, kn.MEMBER), kn.STRIDE // (modes + 30)
         ends = _ENDLESS if stop.time is None else np.array([clock(begin_time + stop.time)])
 
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride
             rules = kn.Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
-            follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
+            follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, GOES_ON, found, _NO_TAIL)
             code = int(found["ended"][0])
             if code == kn.AT_REST and not rests(self.spectrum.system, modes):
                 return self._let_go(own, state, log, ends[0]), False

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -53,8 +53,6 @@ from percuss.simulate.trajectory import Trajectory, run
 
 if TYPE_CHECKING:
     import xarray
-
-    from percuss.simulate.valve import SelfSwitching
 
 _MOST_TOLD = 5
 
@@ -196,7 +194,6 @@ Keep = int | Literal["statistics", "everything"]
 
 _BUDGET = 1 << 30  # modes times evaluations of one member, besides those for its impacts
 _SYSTEMS = "a System or a Machine, or a list of one of them"
-_CHUNK = 64  # machines
 _INTERRUPTED = OUTCOMES.index("interrupted")
 
 
@@ -262,7 +259,7 @@ def simulate_many(
     if hammers and isinstance(hammers[0], Machine):
         if (keep, discard, work) != ("statistics", None, None):
             raise ParameterError("keep", keep, 'for machines "statistics", without discard and work')
-        job = _Machines(hammers, starts, modes, stop)
+        job = _Machines(hammers, starts, modes, stop, Machine)
     else:
         job = _Systems(hammers, starts, modes, stop, keep, discard, work)
     with watched(progress) as watch:
@@ -286,6 +283,10 @@ class _Job(ABC):
             given = f"{len(hammers)} systems and {len(self.starts)} starts"
             raise ParameterError("starts", given, "as many starts as systems, or one of either")
         self.stopped = np.zeros(1, dtype=np.int64)
+        self.found = np.zeros(self.members, MEMBER)
+        for name in MEMBER.names or ():
+            self.found[name] = np.nan if MEMBER[name].kind == "f" else 0
+        self.found["ended"], self.found["first"] = -1, -1
 
     def _given(self, starts: Any) -> Starts | list[Start]:
         single = [starts] if isinstance(starts, Start) else starts
@@ -295,17 +296,34 @@ class _Job(ABC):
             raise ParameterError("starts", starts, "a Start, Starts, or a list of Start")
         return list(single)
 
-    @abstractmethod
     def chunks(self, workers: int) -> list[tuple[int, int]]:
         """First and last member of every portion of work."""
+        most = 64 if len(self.hammers) > 1 else 4096
+        size = int(np.clip(self.members // (16 * workers), 1, most))
+        return [(i, min(i + size, self.members)) for i in range(0, self.members, size)]
 
-    @abstractmethod
     def portion(self, first: int, last: int) -> None:
-        """Some members."""
+        """Members of one hammer together, of several one by one."""
+        single = len(self.hammers) == 1
+        for i in (first,) if single else range(first, last):
+            if self.stopped[0]:
+                return
+            self.follow(self.hammers[0 if single else i], i, last if single else i + 1)
 
     @abstractmethod
+    def follow(self, hammer: Any, first: int, last: int) -> None:
+        """Some members of a hammer."""
+
+    @abstractmethod
+    def columns_besides(self) -> dict[str, Any]:
+        """The columns that systems and machines have otherwise."""
+
     def result(self) -> Ensemble:
         """The columns."""
+        found, told = self.found, {field.name for field in fields(Ensemble)}
+        columns: dict[str, Any] = {name: found[name].copy() for name in told.intersection(MEMBER.names or ())}
+        columns |= {"impacts": found["strikes"].copy(), "cycle_kind": found["cycle_kind"].astype(np.int8)}
+        return Ensemble(modes=self.modes, **(columns | self.columns_besides()))
 
     def work_off(self, workers: int, progress: Callable[[EnsembleProgress], object] | None) -> None:
         """All portions on the threads; results go into the arrays, so that no order can show."""
@@ -351,12 +369,7 @@ class _Systems(_Job):
         self.budget = ample if work is None else count("work", work, least=1, most=10**12)
         given = self.starts
         self.columns = given if isinstance(given, Starts) else Starts.of(given, self.modes, self.hammers)
-        self.members = max(self.members, len(self.columns))
         self._rows()
-        self.found = np.zeros(self.members, MEMBER)
-        for name in MEMBER.names or ():
-            self.found[name] = np.nan if MEMBER[name].kind == "f" else 0
-        self.found["ended"], self.found["first"] = -1, -1
         self.tail = np.full((self.members, self.last), np.nan, PAST)
         self.motions: list[Trajectory | None] = [None] * (self.members if self.whole else 0)
         self.local = threading.local()
@@ -376,25 +389,12 @@ class _Systems(_Job):
             self.ends = np.column_stack([*clocks(self.times + self.stop.time)])
 
     def chunks(self, workers: int) -> list[tuple[int, int]]:
+        return [(i, i + 1) for i in range(self.members)] if self.whole else super().chunks(workers)
+
+    def follow(self, system: System, first: int, last: int) -> None:
         if self.whole:
-            return [(i, i + 1) for i in range(self.members)]
-        most = 64 if len(self.hammers) > 1 else 4096
-        size = int(np.clip(self.members // (16 * workers), 1, most))
-        return [(i, min(i + size, self.members)) for i in range(0, self.members, size)]
-
-    def portion(self, first: int, last: int) -> None:
-        """Members of one system together, of several one by one."""
-        single = len(self.hammers) == 1
-        for i in (first,) if single and not self.whole else range(first, last):
-            if self.stopped[0]:
-                return
-            system = self.hammers[0 if single else i]
-            if self.whole:
-                self._one(system, i)
-            else:
-                self._members(system, i, last if single else i + 1)
-
-    def _members(self, system: System, first: int, last: int) -> None:
+            self._one(system, first)
+            return
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         window = slice(first, last)
         periods, phases, pieces = self.periods[window], self.phases[window], np.zeros(last - first, dtype=np.int64)
@@ -453,24 +453,19 @@ class _Systems(_Job):
 
     # -- the result --
 
-    def result(self) -> Ensemble:
-        found = self.found
+    def columns_besides(self) -> dict[str, Any]:
         codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_INTERRUPTED], dtype=np.int8)
         kept = self.last > 0
-        same = [name for name in MEMBER.names or () if name not in ("ended", "strikes", "cycle_kind", "wanders")]
-        columns: dict[str, Any] = {name: found[name].copy() for name in same}
-        return Ensemble(
-            modes=self.modes,
-            code=codes[found["ended"]],  # −1, not begun, is the last one
-            impacts=found["strikes"].copy(),
-            cycle_kind=found["cycle_kind"].astype(np.int8),
-            wanders=found["wanders"].astype(bool) & self._has_period(),
-            last_time=self.tail["period"] * TURN + self.tail["phase"] if kept else None,
-            last_phase=self.tail["phase"].copy() if kept else None,
-            last_velocity=self.tail["speed"].copy() if kept else None,
-            trajectories=tuple(motion for motion in self.motions if motion is not None),
-            **columns,
-        )
+        return {
+            "code": codes[self.found["ended"]],  # −1, not begun, is the last one
+            "wanders": self.found["wanders"].astype(bool) & self._has_period(),
+            "last_time": self.tail["period"] * TURN + self.tail["phase"] if kept else None,
+            "last_phase": self.tail["phase"].copy() if kept else None,
+            "last_velocity": self.tail["speed"].copy() if kept else None,
+            "trajectories": tuple(motion for motion in self.motions if motion is not None),
+            "period": None,
+            "blow_speed": None,
+        }
 
     def _has_period(self) -> npt.NDArray[np.bool_]:
         periodic = np.array([not system.load.is_constant for system in self.hammers])
@@ -480,73 +475,51 @@ class _Systems(_Job):
 class _Machines(_Job):
     """Motions of machines that switch their own valves."""
 
-    _OF_CYCLE: ClassVar[dict[str, str]] = {
-        "first": "first", "impacts": "cycle_impacts", "periods": "cycle_periods", "kind": "cycle_kind",
-        "period": "period", "energy_lost": "energy_lost_per_period", "blow_speed": "blow_speed",
-    }  # fmt: skip
+    def follow(self, machine: Machine, first: int, last: int) -> None:
+        from percuss.simulate.valve import SelfSwitching, machine_starts, mechanism, most_work  # more kernels
 
-    def __init__(self, machines: Any, starts: Any, modes: int, stop: Stop) -> None:
-        super().__init__(machines, starts, modes, stop, Machine)
-        whole, n = np.zeros((5, self.members), dtype=np.int64), self.members
-        self.found: dict[str, Any] = {
-            "code": np.full(n, _INTERRUPTED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),
-            "first": whole[1] - 1, "cycle_impacts": whole[2], "cycle_periods": whole[3],
-            "cycle_kind": np.zeros(n, dtype=np.int8), "wanders": np.zeros(n, dtype=bool), "stall": whole[4] - 1,
-            **{name: np.full(n, np.nan) for name in ("period", "blow_speed", "energy_lost_per_period")},
-        }  # fmt: skip
+        starts, found = self.starts[first:last] if len(self.starts) > 1 else self.starts, self.found[first:last]
+        if machine.valve.flows:
+            for start, row in zip(starts, found, strict=True):
+                self._flowing(machine, start, row)
+            return
+        numbers = mechanism(machine, self.modes)
+        begun, unit = machine_starts(numbers, starts), numbers.unit
+        SelfSwitching.ready(numbers, begun).follow(begun, self.stop, found, most_work(self.modes), self.stopped)
+        for name, of in (("end_time", unit), ("period", unit), ("blow_speed", 1.0 / unit)):
+            found[name] *= of
+        found["energy_lost_per_period"] /= unit**2
 
-    def chunks(self, workers: int) -> list[tuple[int, int]]:
-        return [(i, min(i + _CHUNK, self.members)) for i in range(0, self.members, _CHUNK)]
-
-    def portion(self, first: int, last: int) -> None:
-        from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
-
-        for i in range(first, last):
-            if self.stopped[0]:
-                return
-            hammer = self.hammers[i if len(self.hammers) > 1 else 0]
-            if hammer.valve.flows:
-                self._flowing(hammer, self.starts[i if len(self.starts) > 1 else 0], i)
-                continue
-            numbers = mechanism(hammer, self.modes)
-            self._member(SelfSwitching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
-
-    def _flowing(self, machine: Machine, start: Start, i: int) -> None:
+    def _flowing(self, machine: Machine, start: Start, row: np.void) -> None:
         from percuss.simulate.oil import FlowingOil
 
+        if self.stopped[0]:
+            return
         moved = FlowingOil.begun(machine, self.modes, start)[0]
-        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
-        self._told(i, ended, ended, wanders, moved.motion.blows, moved.motion.time, moved.cycle)
+        ended, row["wanders"] = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
+        if ended != "interrupted":
+            row["ended"] = {name: code for code, name in self._ends.items()}[ended]
+        row["strikes"], row["end_time"], cycle = moved.motion.blows, moved.motion.time, moved.cycle
+        if cycle is not None:
+            row["first"], row["cycle_impacts"], row["cycle_periods"] = cycle.first, cycle.impacts, cycle.periods
+            row["cycle_kind"], row["period"], row["blow_speed"] = cycle.kind, cycle.period, cycle.blow_speed
+            row["energy_lost_per_period"] = cycle.energy_lost
 
-    def _member(self, moved: SelfSwitching, i: int) -> None:
-        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
-        valve = moved.plant.controls.now
-        place = "in the chamber" if valve["stalled"] else ended
-        blows, time = int(moved.plant.motion.count["impacts"]), valve["time"] * moved.mechanism.unit
-        self._told(i, ended, place, wanders, blows, time, moved.cycle)
+    @cached_property
+    def _ends(self) -> dict[int, str]:
+        from percuss.simulate.valve import ENDS
 
-    def _told(
-        self, i: int, ended: str, place: str, wanders: bool, blows: int, time: float, cycle: MotionCycle | None
-    ) -> None:
+        return ENDS | {BY_WORK: "work", -1: "interrupted"}
+
+    def columns_besides(self) -> dict[str, Any]:
         from percuss.simulate.valve import outcome_of
 
-        found = self.found
-        found["code"][i] = OUTCOMES.index(outcome_of(ended, place in STALLS))
-        found["impacts"][i] = blows
-        found["end_time"][i] = time
-        found["stall"][i] = STALLS.index(place) if place in STALLS else -1
-        found["wanders"][i] = wanders
-        if cycle is not None:
-            for name, column in self._OF_CYCLE.items():
-                found[column][i] = getattr(cycle, name)
-
-    def result(self) -> Ensemble:
-        means = ("blow_rate", "main_blow_rate", "interval_mean", "interval_std", "main_interval_mean")
-        no: dict[str, Any] = {
-            name: np.full(self.members, np.nan)
-            for name in (*means, "main_interval_std", "impact_velocity", "blow_energy")
-        }
-        return Ensemble(modes=self.modes, **no, **self.found)
+        ended = [self._ends[code] for code in self.found["ended"].tolist()]
+        places = ["in the chamber" if s else e for s, e in zip(self.found["stalled"].tolist(), ended, strict=True)]
+        stall = np.array([STALLS.index(place) if place in STALLS else -1 for place in places])
+        outcomes = [outcome_of(end, at >= 0) for end, at in zip(ended, stall.tolist(), strict=True)]
+        code = np.array([OUTCOMES.index(outcome) for outcome in outcomes], dtype=np.int8)
+        return {"code": code, "stall": stall, "wanders": self.found["wanders"].astype(bool)}
 
 
 def _code(outcome: str) -> int:

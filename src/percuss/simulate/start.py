@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
+from typing import Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -589,10 +589,24 @@ class Starts(ShortRepr):
 
     # -- as a sequence --
 
+    @property
+    def valves(self) -> list[Start]:
+        """Starts with the states of the valves, of bars at rest on the wall."""
+        known = [Start(valve_state=name) for name in self.states or (None,)]
+        return [known[i] for i in (np.zeros(len(self), dtype=int) if self.state is None else self.state).tolist()]
+
     def __len__(self) -> int:
         return int(self.gap.size)
 
-    def __getitem__(self, i: int) -> Start:
+    @overload
+    def __getitem__(self, i: int) -> Start: ...
+    @overload
+    def __getitem__(self, i: slice | npt.NDArray[np.int64] | npt.NDArray[np.intp]) -> Starts: ...
+    def __getitem__(self, i: int | slice | npt.NDArray[np.int64] | npt.NDArray[np.intp]) -> Start | Starts:
+        if isinstance(i, slice | np.ndarray):
+            state = None if self.state is None else self.state[i]
+            bars = self.displacement[i], self.velocity[i], self.gap[i], self.time[i]
+            return Starts(*bars, self.states, state)
         return Start(
             tuple(self.displacement[i].tolist()),
             tuple(self.velocity[i].tolist()),
@@ -603,3 +617,17 @@ class Starts(ShortRepr):
 
     def __iter__(self) -> Iterator[Start]:
         return (self[i] for i in range(len(self)))
+
+
+def states_of(starts: Starts | Sequence[Start], modes: int, machine: Machine) -> tuple[Array, Array, Array]:
+    """`Start.state` of all: u_n and u_n', n = 0 … N, each of shape (starts, N+1), and the gaps."""
+    system = still(machine)
+    if not isinstance(starts, Starts):
+        u, v, gap = (np.array(part) for part in zip(*(start.state(modes, system) for start in starts), strict=True))
+        return u, v, gap
+    u, v = np.zeros((2, len(starts), modes + 1))
+    for given, into in ((starts.displacement, u), (starts.velocity, v)):
+        into[:, : given.shape[1]] = given[:, : modes + 1]
+    gap = np.where(np.abs(starts.gap) <= _NOISE * np.abs(u).max(axis=1), 0.0, starts.gap)
+    u[:, 0] = gap - np.matmul(units(system.body.modes(modes, system.load.at)), u[:, 1:, None])[:, 0]
+    return u, v, gap

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -16,21 +16,21 @@ from percuss.model import Machine, Supply
 from percuss.model.checks import Array
 from percuss.model.machine import MachineModes, check_closed_form, machine_modes
 from percuss.simulate.engine import (
+    GOES_ON,
     NO_LOG,
-    STRIDE,
     Progress,
     Snapshot,
     bar_of,
+    copied,
     desk_for,
     gathered,
     tabled_modes,
-    to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
 from percuss.simulate.kernels import motion_records as kn
-from percuss.simulate.kernels.motion import follow_valve, wanders_valve
+from percuss.simulate.kernels.motion import follow_valve
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
-from percuss.simulate.start import Start
+from percuss.simulate.start import Start, Starts, states_of
 from percuss.simulate.stop import Stop
 
 # ---- The numbers of a machine as the kernels want them, in a unit of time of its own
@@ -81,6 +81,10 @@ class Mechanism:
     def states_of(self) -> list[Mechanism]:
         """The machine in each state."""
         return [replace(self, piece=i) if i != self.piece else self for i in range(len(self.names))]
+
+    def in_state(self, number: int) -> Mechanism:
+        """The machine with the modes of a state, which are the same without a supply."""
+        return self if self.supply is None else self.states_of[number]
 
     @cached_property
     def unit(self) -> float:
@@ -146,7 +150,7 @@ class Mechanism:
 
     @cached_property
     def tables(self) -> tuple[kn.MotionTable, kn.MotionTable]:
-        """The kernels' tables of the machine, and of its rigid motion alone; their `bar`s are to be copied."""
+        """The kernels' tables of the machine, and of its rigid motion alone."""
         return self._table(self.elastic(self.unit)), self._table(ElasticModes(*np.empty((4, 0))))
 
     def _table(self, elastic: ElasticModes) -> kn.MotionTable:
@@ -212,6 +216,14 @@ class Mechanism:
         far = np.where(speeds, np.sqrt((weights**2).sum(axis=1)), np.sqrt((soft * weights).sum(axis=1)))
         return {"still": (1 - speeds) * (soft @ own.driven), "sway": far * (1.0 + 1e-12)}
 
+    @cached_property
+    def of_states(self) -> tuple[kn.MotionTable, kn.MotionTable, kn.Gear, Array]:
+        """Tables, gear and turns of all states as of a `Plant`; the `bar`s are to be copied."""
+        own = [self] if self.supply is None else self.states_of
+        turns = [[one.turned(other) for other in own] for one in own] if len(own) > 1 else np.empty((1, 1, 0, 0))
+        table, alone = (_together(list(tables)) for tables in zip(*(one.tables for one in own), strict=True))
+        return table, alone, _stacked([one.gear for one in own]), np.array(turns)
+
     # -- the state in two forms: B77's u_n, and the kernels' amplitudes of the free motion --
 
     @cached_property
@@ -221,23 +233,22 @@ class Mechanism:
         return np.concatenate([[1.0], units(own) / own.end])
 
     def ends(self, displacement: Array) -> Array:
-        """q_i of B77's u_n; both of shape (N+1,)."""
-        return np.asarray(self.end * (self._own.mixing.T @ (self.own_units * displacement)))
+        """q_i of B77's u_n; both of shape (…, N+1)."""
+        # each row by itself, so that its digits are the same among others
+        return np.asarray(self.end * np.matmul(self._own.mixing.T, (self.own_units * displacement)[..., None])[..., 0])
 
     def bars(self, ends: Array) -> Array:
         """B77's u_n of q_i; both of shape (N+1, …)."""
         return np.asarray(((self._own.mixing @ (ends.T / self.end).T).T / self.own_units).T)
 
-    def freed(self, q: Array, rate: Array, force: float, z: Array) -> None:
-        """The kernels' amplitudes z, (2, N), of q_i and q_i', (N+1,) each, in their unit, under a force."""
+    def freed(self, q: Array, rate: Array, force: Array) -> Array:
+        """The kernels' amplitudes z, (…, 2, N), of q_i and q_i', (…, N+1) each, in their unit, under forces, (…)."""
         modes, ramp = self.tables[0].modes, self.ramp * self.unit**3
-        z[0] = q[1:] - modes.statics * force
-        z[1] = rate[1:]
+        place, speed = q[..., 1:] - modes.statics * force[..., None], rate[..., 1:]
         if ramp:
-            z[0] += ramp * self._late
-            z[1] -= ramp * modes.statics
-        if modes.creeping.size < self.modes:
-            z[1] = np.where(modes.oscillates > 0.0, -modes.inverse * (z[1] + modes.half * z[0]), z[1])
+            place, speed = place + ramp * self._late, speed - ramp * modes.statics
+        turned = -modes.inverse * (speed + modes.half * place)
+        return np.stack([place, np.where(modes.oscillates > 0.0, turned, speed)], axis=-2)
 
     @cached_property
     def _late(self) -> Array:
@@ -265,13 +276,7 @@ class Mechanism:
 
     def turned(self, to: Mechanism) -> Array:
         """What makes q_i of another state's modes of those of this one's, shape (N+1, N+1)."""
-        if to.piece not in self._turned:
-            self._turned[to.piece] = to.end[:, None] * (to._own.mixing.T @ self._own.mixing) / self.end
-        return self._turned[to.piece]
-
-    @cached_property
-    def _turned(self) -> dict[int, Array]:
-        return {}
+        return np.asarray(to.end[:, None] * (to._own.mixing.T @ self._own.mixing) / self.end)
 
     def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
         """See `ClockedFlights`; `rows` are states that the kernels have left."""
@@ -307,9 +312,14 @@ class Mechanism:
             pushed = (pushed - chamber.force) * at.pressure + chamber.force
         return np.asarray(pushed - chamber.stiffness * self.driven(at.modes.displacement))
 
+    @property
+    def driven_by(self) -> Array:
+        """What B77's u_n = 1 moves the driven place by, shape (N+1,)."""
+        return np.asarray(self.own_units * (self._own.mixing @ self._own.driven))
+
     def driven(self, modes: Array) -> Array:
         """What the driven place moves, of the motions of the modes."""
-        return np.asarray((self.own_units * (self._own.mixing @ self._own.driven)) @ modes)
+        return np.asarray(self.driven_by @ modes)
 
     def pressure(self, piece: npt.NDArray[np.int64], charge: Array, since: Array, displacement: Array) -> Array:
         """π of a supply in states of the valve, from the charge at the last event and the modes."""
@@ -352,6 +362,19 @@ class Mechanism:
         return np.empty(0)
 
 
+def _stacked(records: list[Any]) -> Any:
+    """One record of the arrays and numbers of several, with one more axis in front."""
+    return type(records[0])(*map(np.array, zip(*records, strict=True)))
+
+
+def _together(tables: list[kn.MotionTable]) -> kn.MotionTable:
+    """A table of several states, as of a `Plant`."""
+    modes = [table.modes for table in tables]
+    ended = [np.append(one.creeping, np.full(one.omega.size - one.creeping.size, -1)) for one in modes]
+    own = _stacked([one._replace(creeping=row) for one, row in zip(modes, ended, strict=True)])
+    return tables[0]._replace(bar=np.frombuffer(b"".join(table.bar.tobytes() for table in tables), kn.BAR), modes=own)
+
+
 @lru_cache(maxsize=16)
 def mechanism(machine: Machine, modes: int) -> Mechanism:
     """The numbers of a machine, kept for the next motion of it."""
@@ -391,13 +414,13 @@ def kept(plant: kn.Plant) -> Kept:
 
 def plant_of(mechanism: Mechanism, arrays: Kept) -> kn.Plant:
     """A machine in a state whose motion stands there: the same memory; nothing else of it is shared."""
-    table, alone = map(to_change, mechanism.tables)
+    table, alone, gear, turns = mechanism.of_states
     motion = Snapshot(*(arrays[name] for name in _OF_MOTION)).motion
     now, *rest = (arrays[f"valve_{name}"] for name in kn.Controls._fields)
     eye, spot = (Snapshot.empty(size, 1).motion for size in (mechanism.modes, 0))
-    return kn.Plant(
-        table, alone, mechanism.gear, motion, eye, spot, desk_for(table), desk_for(alone), kn.Controls(now[0], *rest)
-    )
+    own, single = (tables._replace(bar=copied(tables.bar)) for tables in (table, alone))
+    controls, words = kn.Controls(now[0], *rest), now.view(np.int64)
+    return kn.Plant(own, single, gear, turns, motion, eye, spot, desk_for(own), desk_for(single), controls, words)
 
 
 def roomier(plant: kn.Plant) -> kn.Plant:
@@ -414,12 +437,50 @@ def roomier(plant: kn.Plant) -> kn.Plant:
     )
 
 
+# ---- Where motions start
+
+_NOWHERE = kn.MachineStarts(
+    np.empty(0, kn.START), np.empty((0, 2, 0)), np.empty((0, 0)), np.empty((0, 0), dtype=np.int64)
+)
+
+
+def machine_starts(mechanism: Mechanism, starts: Starts | Sequence[Start]) -> kn.MachineStarts:
+    """The starts of motions for the kernels."""
+    machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
+    u, v, gap = states_of(starts, mechanism.modes, machine)
+    single: Sequence[Start] = starts if not isinstance(starts, Starts) else starts.valves
+    asked = [(*start.valve_of(machine), start.orders is None, start.pressure) for start in single]
+    pending = [orders.pending for _, orders, *_ in asked]
+    rows, z, most = np.zeros(len(asked), kn.START), np.empty((len(asked), 2, mechanism.modes)), max(map(len, pending))
+    due, order = np.zeros((len(asked), most)), np.zeros((len(asked), most), dtype=np.int64)
+    for i, waiting in enumerate(pending):
+        for j, (time, to) in enumerate(waiting):
+            due[i, j], order[i, j] = time / unit, names.index(to)
+    rows["state"] = [names.index(state) for state, *_ in asked]
+    rows["last"] = [names.index(orders.last) for _, orders, *_ in asked]
+    rows["waiting"], rows["asked"] = [len(one) for one in pending], [one for *_, one, _ in asked]
+    for i in np.unique(rows["state"]):
+        own, here = mechanism.in_state(i), rows["state"] == i
+        q, rate, charge = own.ends(u[here]), own.ends(v[here]) * unit, np.zeros(np.count_nonzero(here))
+        if own.supply is not None:
+            pressure = np.array([own.supply.start if one is None else one for *_, one in asked])[here]
+            pressed = np.matmul(own.driven_by, u[here][..., None])[..., 0]
+            charge = (own.supply.compliance * pressure + own.fed[1] * pressed) * unit**2
+        rows["charge"][here], z[here] = charge, own.freed(q, rate, own.gear.forces[i] + own.fed[2] * charge)
+        rows["gap"][here], rows["gap_rate"][here] = q.sum(axis=1), rate.sum(axis=1)
+        rows["rigid_rate"][here] = rate[:, 0]
+    on = gap == 0.0
+    rows["gap"][on] = 0.0
+    rows["mode"] = np.where(on, np.where(v.any(axis=1) | u.any(axis=1), kn.ON_WALL, kn.RESTING), kn.FLYING)
+    return kn.MachineStarts(rows, z, due, order)
+
+
 # ---- The loop around the kernels of a machine
 
-_MANY_STRIDES = 4096  # … of a motion that is not recorded
 _MOST_NUMBERS, _MOST_ROWS = 1 << 23, 1 << 15  # of the states of a stretch
 _EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
 _MOST_IDLE = 17  # strides without an event end a simulation
+_MANY_STRIDES = 4096  # … between two looks, of a motion that is not recorded
 ENDS = {
     kn.BY_IMPACTS: "impacts",
     kn.BY_TIME: "time",
@@ -435,13 +496,12 @@ ENDS = {
 
 @dataclass
 class SelfSwitching:
-    """A motion of a machine on its way: the kernels' memory, what they recorded, and how `follow_valve` begins."""
+    """Motions of a machine on their way: the kernels' memory, what they recorded, and what is kept of the last one."""
 
     mechanism: Mechanism
     plant: kn.Plant
     log: kn.Log = NO_LOG
-    begins: int = 0
-    tables: dict[int, tuple[kn.MotionTable, ...]] = field(default_factory=dict)
+    found: npt.NDArray[Any] = field(default_factory=lambda: np.zeros(1, kn.MEMBER))
 
     @property
     def modes(self) -> int:
@@ -449,45 +509,28 @@ class SelfSwitching:
         return self.mechanism.modes
 
     @classmethod
-    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[SelfSwitching, Anchor, bool]:
-        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded."""
-        machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
-        state, orders = start.valve_of(machine)
-        u, v, gap = start.state(mechanism.modes, machine)
+    def ready(cls, mechanism: Mechanism, starts: kn.MachineStarts) -> SelfSwitching:
+        """With room for the orders of these starts."""
         queue = ROOM
-        while queue < len(orders.pending) + mechanism.gear.to.size:
+        while queue < starts.due.shape[1] + mechanism.gear.to.size:
             queue *= 2
-        own = mechanism.states_of[names.index(state)]
-        moved = cls(mechanism, plant_of(own, unmoved(mechanism, queue)))
-        if stop is not None:
-            moved.log = moved._room(stop)
-        plant = moved.plant
-        motion, controls, valve = plant.motion, plant.controls, plant.controls.now
-        now, count = motion.now, motion.count
-        valve["state"], valve["last"], valve["waiting"] = own.piece, names.index(orders.last), len(orders.pending)
-        for i, (time, to) in enumerate(orders.pending):
-            controls.due[i], controls.order[i] = time / unit, names.index(to)
-        q, rate = own.ends(u), own.ends(v) * unit
-        if own.supply is not None:
-            pressure = own.supply.start if start.pressure is None else start.pressure
-            valve["charge"] = (own.supply.compliance * pressure + own.fed[1] * float(own.driven(u))) * unit**2
-        valve["force"] = own.gear.forces[own.piece] + own.fed[2] * valve["charge"]
-        own.freed(q, rate, float(valve["force"]), motion.z)
-        now["gap"], now["gap_rate"], now["rigid_rate"] = 0.0 if gap == 0.0 else q.sum(), rate.sum(), rate[0]
-        now["last_flight"] = -1.0
-        count["mode"] = kn.ON_WALL if gap == 0.0 else kn.FLYING
-        if gap == 0.0 and not v.any() and not u.any():
-            count["mode"] = kn.RESTING
-        row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
-        moved.begins = 2 if start.orders is None else 1
-        anchor = Anchor(start.time, own.piece, np.array(row))
-        return moved, anchor, bool(count["mode"] == kn.RESTING)
+        return cls(mechanism, plant_of(mechanism, unmoved(mechanism, queue)))
+
+    @classmethod
+    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop) -> tuple[SelfSwitching, Anchor, bool]:
+        """A motion put at a start, the state there, and whether it rests on the wall."""
+        starts = machine_starts(mechanism, [start])
+        moved, at = cls.ready(mechanism, starts), starts.rows[0]
+        moved.log = moved._room(stop)
+        moved.follow(starts, stop, moved.found, 0)
+        row = [at["gap"], at["rigid_rate"], *starts.z.reshape(-1), *([at["charge"]] if mechanism.supply else [])]
+        anchor = Anchor(start.time, int(at["state"]), np.array(row))
+        return moved, anchor, bool(at["mode"] == kn.RESTING)
 
     @classmethod
     def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
         """A motion that goes on from a snapshot that is sound."""
-        own = mechanism.states_of[int(snapshot["valve_now"]["state"][0])]
-        moved = cls(mechanism, plant_of(own, {name: np.array(values) for name, values in snapshot.items()}))
+        moved = cls(mechanism, plant_of(mechanism, {name: np.array(values) for name, values in snapshot.items()}))
         moved.log = moved._room(stop)
         return moved
 
@@ -502,12 +545,13 @@ class SelfSwitching:
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
     ) -> dict[str, Any]:
         """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
-        count, unit, stride = self.plant.motion.count, self.mechanism.unit, STRIDE // (self.modes + 30)
+        count, unit, stride = self.plant.motion.count, self.mechanism.unit, kn.STRIDE // (self.modes + 30)
         valve = self.plant.controls.now
 
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride
-            code = self._on(stop, budget)
+            self.follow(_NOWHERE, stop, self.found, budget, goes_on=True)
+            code = int(self.found["ended"][0])
             given_up = code == kn.BY_WORK and int(count["work"]) < budget
             return "work" if given_up else ENDS.get(code, ""), code == kn.BY_WORK
 
@@ -518,7 +562,7 @@ class SelfSwitching:
         events = self._in_units(told, begin_time)
         stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
         known, over = float(valve["time"]) * unit, ended in STALLS and ended != ENDS[kn.EMPTY]
-        spring = float(self.plant.table.bar["spring"]) / unit
+        spring = self.mechanism.in_state(int(valve["state"])).spring
         if over and spring > 0.0:
             known += 2.0 * math.pi / spring  # it goes on for ever
         if stop.time is not None and (ended == "time" or over):
@@ -529,72 +573,43 @@ class SelfSwitching:
             "states": states.copy() if 4 * states.size < self.log.states.size else states,
             "snapshot": kept(self.plant),
             "outcome": outcome_of(ended, stalled),
-            "label": machine_label("in the chamber" if stalled else ended, cycle, self._wanders),
+            "label": machine_label("in the chamber" if stalled else ended, cycle, bool(self.found["wanders"][0])),
             "cycle": cycle,
             "end_time": max(begin_time + known, last),
         }
 
-    def carried_on(self, stop: Stop, stopped: Callable[[], bool]) -> tuple[str, bool]:
-        """A motion that is not recorded, to its end: how it ended, and whether its last changes wander."""
-        count, stride, ended = self.plant.motion.count, STRIDE // (self.modes + 30), ""
-        for tries in range(1, _MANY_STRIDES + 1):
-            ended = ENDS.get(self._on(stop, tries * stride), "")
-            if ended or int(count["work"]) < tries * stride or stopped():
-                ended = ended or ("interrupted" if stopped() else "work")
-                break
-        return ended or "work", self._wanders
-
-    def _on(self, stop: Stop, budget: int) -> int:
-        """A stretch, with room for all orders that come to wait: how it ended."""
-        time = np.inf if stop.time is None else stop.time / self.mechanism.unit
+    def follow(
+        self,
+        starts: kn.MachineStarts,
+        stop: Stop,
+        found: npt.NDArray[Any],
+        budget: int,
+        stopped: npt.NDArray[np.int64] = GOES_ON,
+        goes_on: bool = False,
+    ) -> None:
+        """As `follow_valve`, with room for all orders that come to wait."""
+        time, done = np.inf if stop.time is None else stop.time / self.mechanism.unit, 0
         rules = kn.Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        code = follow_valve(self.plant, rules, self.log, self.begins)
-        self.begins = 0
-        while code in (kn.CROWDED, kn.HANDED):
-            self.plant = roomier(self.plant) if code == kn.CROWDED else self._handed()
-            code = follow_valve(self.plant, rules, self.log, 0)
-        return int(code)
-
-    def _handed(self) -> kn.Plant:
-        """The machine with the modes of the state that its valve now has: pressure and place stay."""
-        motion, valve = self.plant.motion, self.plant.controls.now
-        before, own = (self.mechanism.states_of[valve[name]] for name in ("before", "state"))
-        if before is own:
-            return self.plant
-        now = motion.now
-        row = np.concatenate([[now["gap"], now["rigid_rate"]], motion.z.reshape(-1), [valve["charge"]]])
-        q, rate = (ends[0] for ends in before.bound(row[None]))
-        if motion.count["mode"] == kn.RESTING:  # undeformed, whatever was kept when it came to rest
-            q[:] = rate[:] = 0.0
-        valve["charge"] += (own.gear.draw - before.gear.draw) * float(before.gear.ratio[-1] @ q)
-        valve["force"] = own.gear.forces[own.piece] + own.gear.slope * valve["charge"]
-        turn = before.turned(own)
-        rate = turn @ rate
-        own.freed(turn @ q, rate, float(valve["force"]), motion.z)
-        now["rigid_rate"] = rate[0]
-        if own.piece not in self.tables:
-            self.tables[own.piece] = tuple(map(to_change, own.tables))
-        table, alone = self.tables[own.piece]
-        return self.plant._replace(table=table, alone=alone, gear=own.gear)
-
-    @property
-    def _wanders(self) -> bool:
-        return bool(wanders_valve(self.plant.controls))
+        while True:
+            done = follow_valve(self.plant, starts, rules, self.log, done, goes_on, stopped, found)
+            if stopped[0] or done == len(found):
+                return
+            self.plant, goes_on = roomier(self.plant), True
 
     @property
     def cycle(self) -> MotionCycle | None:
         """The cycle that was found, in the machine's unit of time."""
-        valve, unit = self.plant.controls.now, self.mechanism.unit
-        if valve["confirmed"] < 2:
+        found, unit = self.found[0], self.mechanism.unit
+        if found["first"] < 0:
             return None
         return MotionCycle(
-            first=int(valve["found_at"]),
-            impacts=int(valve["cycle_blows"]),
-            periods=int(valve["cycle_turns"]),
-            kind=int(valve["cycle_kind"]),
-            period=float(valve["period"]) * unit,
-            energy_lost=float(valve["cycle_taken"]) / unit**2,
-            blow_speed=float(valve["cycle_speed"]) / unit,
+            first=int(found["first"]),
+            impacts=int(found["cycle_impacts"]),
+            periods=int(found["cycle_periods"]),
+            kind=int(found["cycle_kind"]),
+            period=float(found["period"]) * unit,
+            energy_lost=float(found["energy_lost_per_period"]) / unit**2,
+            blow_speed=float(found["blow_speed"]) / unit,
         )
 
     def _in_units(self, told: Events, begin_time: float) -> Events:
@@ -608,6 +623,11 @@ class SelfSwitching:
             kinetic_energy=told.kinetic_energy / unit**2,
             states=tuple(self.mechanism.names),
         )
+
+
+def most_work(modes: int) -> int:
+    """Evaluations after which a motion that is not recorded ends."""
+    return _MANY_STRIDES * (kn.STRIDE // (modes + 30))
 
 
 def outcome_of(ended: str, stalled: bool) -> str:

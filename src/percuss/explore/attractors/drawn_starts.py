@@ -76,13 +76,6 @@ def states_of(what: System | Machine) -> tuple[str, ...]:
     return tuple(name for name, _ in what.valve.pairs) if isinstance(what, Machine) else ()
 
 
-def some(starts: Starts, rows: npt.NDArray[np.int64] | npt.NDArray[np.intp] | slice) -> Starts:
-    """Some of the starts."""
-    state = None if starts.state is None else starts.state[rows]
-    bars = (starts.displacement[rows], starts.velocity[rows], starts.gap[rows], starts.time[rows])
-    return type(starts)(*bars, starts.states, state)
-
-
 def fingerprint(starts: Starts) -> str:
     """SHA-256 of starts."""
     found = hashlib.sha256()
@@ -196,7 +189,7 @@ def drawn(rows: Starts, number: int, seed: int = 0, first: int = 0) -> Starts:
     last = first + count("starts", number)
     seed = count("seed", seed, least=0)
     which = np.concatenate([_chosen(len(rows), block, seed)[part] for block, part in _parts(first, last)])
-    return some(rows, which)
+    return rows[which]
 
 
 @lru_cache(maxsize=4)

@@ -24,7 +24,6 @@ from percuss.explore.attractors.drawn_starts import (
     fingerprint,
     named,
     own,
-    some,
     start_columns,
     start_values,
     starts_from,
@@ -131,7 +130,7 @@ class ExperimentJob(StartsJob):
             return named(self.system, self.distribution, last - first, self.seed, first)
         if self.number > len(self.rows):
             return drawn(self.rows, last - first, self.seed, first)
-        return some(self.rows, slice(first, last))
+        return self.rows[first:last]
 
     @property
     def amplitudes(self) -> tuple[int, int]:

@@ -19,7 +19,6 @@ from percuss.explore.attractors.drawn_starts import (
     done,
     end_starts,
     farthest_port,
-    some,
     speed_scale,
     starts_from,
     states_of,
@@ -154,7 +153,7 @@ class Hammer(ABC):
     ) -> Ensemble:
         from percuss.simulate import simulate_many
 
-        begun = some(starts, rows)
+        begun = starts[rows]
         return simulate_many(
             self.what, begun, modes=modes, stop=stop, workers=threads, progress=lambda _: stopped(), **more
         )

@@ -2,8 +2,8 @@
 
 The functions neither allocate nor raise and know no object, so that the same source can be compiled for another device.
 They import nothing of ours but this room. `motion_records` says which records they share and what stands in them,
-`compiled` how they are compiled and cached; Python calls those that are an `entry`: `follow`, `place`,
-`release_phases`, `bounded`, `conclude`, and of machines `begin_valve`, `follow_valve`, `wanders`.
+`compiled` how they are compiled and cached; Python calls those that are an `entry`: `follow`, `put_first`,
+`release_phases`, `bounded`, `conclude`, and of machines `follow_valve`.
 
 The state at an instant, the *anchor* (theory §§2, 8). The gap function is y = u_0 + Σ q_n, where q_n is what mode n
 adds at the striking end: q_n'' + d_n q_n' + ω_n² q_n = γ_n p(t). Every q_n is a forced part, known for all times, and a

@@ -65,11 +65,13 @@ from percuss.simulate.kernels.motion_records import (
     REST,
     RESTING,
     SLICE,
+    STRIDE,
     TIRED,
     TO_VERIFY,
     TURN,
     TWIN,
     UNRESOLVED,
+    MotionTable,
     PortView,
     Rules,
     ValveArguments,
@@ -77,6 +79,7 @@ from percuss.simulate.kernels.motion_records import (
 from percuss.simulate.kernels.statistics import (
     clear,
     concluded,
+    concluded_of_valve,
     forget_marked,
     forget_run,
     mark,
@@ -84,10 +87,19 @@ from percuss.simulate.kernels.statistics import (
     recurrence,
     sure,
     tally,
-    valve_wandering,
     wandering,
 )
-from percuss.simulate.kernels.valve_motion import change, contested, fire, occupied, sliding
+from percuss.simulate.kernels.valve_motion import (
+    change,
+    contested,
+    fire,
+    gear_in,
+    handed,
+    modes_in,
+    occupied,
+    put_valve,
+    sliding,
+)
 from percuss.simulate.kernels.valve_sight import (
     demand,
     first_due,
@@ -96,6 +108,7 @@ from percuss.simulate.kernels.valve_sight import (
     oil_moved,
     pace,
     push_on_rigid_motion,
+    recharge,
     rigid_place,
 )
 from percuss.simulate.kernels.wall import (
@@ -686,20 +699,41 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
 
 
 @entry
-def follow_valve(plant, rules, log, begins):
-    """The motion of a machine from where it stands on, until a rule holds or the record is full; how it ended."""
-    # Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
-    # ports whose region is occupied there demand at once, in their order.
-    table, motion, valve = plant.table, plant.motion, ValveArguments(plant.gear, plant.controls)
-    sight = PortView(plant.alone, plant.eye, plant.spot, plant.bench)
-    if begins > 0:
-        amplitudes_apart(table.bar, table.modes, motion.z, motion.now)
-    if begins > 1:
-        occupied(table, motion, log, valve)
-    return fly(table, motion, plant.desk, rules, log, valve, sight)
+def follow_valve(plant, starts, rules, log, first, goes_on, stopped, members):
+    """As `follow`, of a machine: from start number `first` on or, where it `goes_on`, from where that motion stands.
 
-
-@entry
-def wanders_valve(controls):
-    """Whether the last changes of the valve do not come near any of the ones before."""
-    return valve_wandering(controls.past, controls.now.changes)
+    Returns how many have ended. The next one has not, when there was an end, or its orders are CROWDED.
+    """
+    motion, controls, count, own = plant.motion, plant.controls, plant.motion.count, plant.controls.now
+    parts, single, stride = plant.table, plant.alone, STRIDE // (motion.z.shape[1] + 30)
+    waves, none, goes_alone = parts.harmonics, parts.values, starts.rows.shape[0] == 0
+    for i in range(first, members.shape[0]):
+        if stopped[0]:
+            return i
+        fresh = i > first or not goes_on
+        if fresh:
+            put_valve(motion, controls, plant.words, starts, i)
+        while True:
+            k = min(own.state, parts.bar.shape[0] - 1)
+            table = MotionTable(parts.bar[k], modes_in(parts.modes, k), waves, parts.coupling, none, none, none)
+            alone = MotionTable(single.bar[k], modes_in(single.modes, k), waves, single.coupling, none, none, none)
+            valve = ValveArguments(gear_in(plant.gear, k), controls)
+            if fresh:
+                fresh = False
+                recharge(valve, 0.0)
+                amplitudes_apart(table.bar, table.modes, motion.z, motion.now)
+                if starts.rows[i].asked > 0:
+                    occupied(table, motion, log, valve)
+            budget = rules.budget if goes_alone else min((count.work // stride + 1) * stride, rules.budget)
+            its = Rules(
+                rules.end_period, rules.end_phase, rules.most_impacts, rules.until_cycle, rules.tolerance, 0, budget
+            )
+            code = fly(table, motion, plant.desk, its, log, valve, PortView(alone, plant.eye, plant.spot, plant.bench))
+            if code == HANDED:
+                handed(plant)
+            elif code != BY_WORK or goes_alone or count.work < budget or count.work >= rules.budget or stopped[0]:
+                break
+        if code == CROWDED or (stopped[0] and code == BY_WORK):
+            return i
+        concluded_of_valve(motion, controls, code, members[i])
+    return members.shape[0]

@@ -327,6 +327,10 @@ MEMBER = np.dtype(
         ("impact_velocity", "f8"),
         ("blow_energy", "f8"),
         ("energy_lost_per_period", "f8"),
+        # of machines, in their kernels' unit of time
+        ("stalled", "i8"),
+        ("period", "f8"),
+        ("blow_speed", "f8"),
     ]
 )
 """What is kept of a member of an ensemble."""
@@ -338,6 +342,7 @@ TURN = 2.0 * math.pi
 TURN_LOW = 2.4492935982947064e-16  # 2π less its double
 EPS = 2.0**-52
 SLICE = 1 << 17  # evaluations of a member of an ensemble between two looks at the outside
+STRIDE = 1 << 24  # … times modes, of a motion by itself or a machine
 WINDOW = 256  # last impacts kept for the classifier, at least; always a power of 2
 LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing more is asked
 
@@ -406,6 +411,31 @@ class Gear(NamedTuple):
     slope: float
     soft: float
     quickening: float
+
+
+START = np.dtype(
+    [
+        ("gap", "f8"),
+        ("gap_rate", "f8"),
+        ("rigid_rate", "f8"),
+        ("charge", "f8"),
+        ("mode", "i8"),
+        ("state", "i8"),
+        ("last", "i8"),
+        ("waiting", "i8"),
+        ("asked", "i8"),  # whether the ports whose region is occupied demand at once, in their order
+    ]
+)
+"""Where a machine starts: as in NOW, COUNT and VALVE_NOW."""
+
+
+class MachineStarts(NamedTuple):
+    """Starts of many motions: STARTs, the amplitudes (starts, 2, N), and the orders that wait, rows."""
+
+    rows: npt.NDArray[np.void]
+    z: Floats
+    due: Floats
+    order: Wholes
 
 
 VALVE_NOW = np.dtype(
@@ -494,18 +524,23 @@ class Controls(NamedTuple):
 class Plant(NamedTuple):
     """A machine and its motion. `alone`, `spot`, `bench`: the rigid motion by itself, as a system without modes.
 
-    `eye`: the motion as a port sees it, which is as a striking end would; `spot` the same of the rigid motion.
+    `table`, `alone` and `gear` have one more axis in front, with a row for each state of the valve or, where these have
+    the same modes, one for all; `creeping` ends with −1. `turns`: what makes q_i of a state's modes (second axis) of
+    those of another (first). `eye`: the motion as a port sees it, which is as a striking end would; `spot` the same of
+    the rigid motion. `words`: the memory of `controls.now`.
     """
 
     table: MotionTable
     alone: MotionTable
     gear: Gear
+    turns: Floats
     motion: KernelState
     eye: KernelState
     spot: KernelState
     desk: Workspace
     bench: Workspace
     controls: Controls
+    words: Wholes
 
 
 class ValveArguments(NamedTuple):

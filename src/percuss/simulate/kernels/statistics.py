@@ -427,6 +427,21 @@ def concluded(motion, code, member):
     member.wanders = 1 if wandering(motion.past, count.impacts) else 0
 
 
+@inner
+def concluded_of_valve(motion, controls, code, member):
+    """The same of a machine, in its unit of time."""
+    own = controls.now
+    settled = own.confirmed >= 2
+    member.ended, member.strikes, member.end_time, member.stalled = code, motion.count.impacts, own.time, own.stalled
+    member.wanders = 1 if valve_wandering(controls.past, own.changes) else 0
+    member.first, member.cycle_kind = own.found_at if settled else -1, own.cycle_kind if settled else 0
+    member.cycle_impacts = own.cycle_blows if settled else 0
+    member.cycle_periods = own.cycle_turns if settled else 0
+    member.period = own.period if settled else math.nan
+    member.energy_lost_per_period = own.cycle_taken if settled else math.nan
+    member.blow_speed = own.cycle_speed if settled else math.nan
+
+
 @entry
 def conclude(motion, code, member):
     """What is kept of a motion that was followed by itself."""

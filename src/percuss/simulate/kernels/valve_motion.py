@@ -31,6 +31,9 @@ from percuss.simulate.kernels.motion_records import (
     RESTING,
     TIRED,
     VALVE,
+    Gear,
+    ModeTable,
+    ValveArguments,
 )
 from percuss.simulate.kernels.statistics import record, recurrence_of_valve
 from percuss.simulate.kernels.valve_sight import (
@@ -162,6 +165,95 @@ def occupied(table, motion, log, valve):
         if off > EDGE * (abs(place) + abs(gear.edge[port])):
             controls.just[port] = 1
             demand(motion, port, place if gear.speeds[port] else rate, fast, log, valve)
+
+
+# ---- A machine put at a start, and in a state of its valve, which has modes of its own where oil is in their spring
+
+
+@inlined
+def put_valve(motion, controls, words, starts, i):
+    """A machine at start number i; all else is set to 0."""
+    start, now, own, z = starts.rows[i], motion.now, controls.now, motion.z
+    motion.numbers[:] = 0.0
+    motion.wholes[:] = 0
+    words[:] = 0
+    controls.usual[:] = 0.0
+    controls.usual_cross[:] = 0.0
+    controls.cross[:] = 0.0
+    controls.kind[:] = 0
+    controls.just[:] = 0
+    for j in range(z.shape[1]):
+        z[0, j], z[1, j] = starts.z[i, 0, j], starts.z[i, 1, j]
+    now.gap, now.gap_rate, now.rigid_rate, now.last_flight = start.gap, start.gap_rate, start.rigid_rate, -1.0
+    motion.count.mode = start.mode
+    own.charge, own.state, own.last, own.waiting = start.charge, start.state, start.last, start.waiting
+    for j in range(start.waiting):
+        controls.due[j], controls.order[j] = starts.due[i, j], starts.order[i, j]
+
+
+@inlined
+def modes_in(modes, i):
+    """The modes of a state, or of all."""
+    creeps = 0
+    for j in range(modes.creeping.shape[1]):
+        creeps += 1 if modes.creeping[i, j] >= 0 else 0
+    return ModeTable(
+        modes.omega[i], modes.lam[i], modes.inverse[i], modes.square[i], modes.signed[i], modes.damping[i],
+        modes.half[i], modes.delta[i], modes.oscillates[i], modes.statics[i], modes.unit[i], modes.inertia[i],
+        modes.creeping[i, :creeps],
+    )  # fmt: skip
+
+
+@inlined
+def gear_in(gear, i):
+    """The same of the valve."""
+    return Gear(
+        gear.forces[i], gear.to[i], gear.edge[i], gear.side[i], gear.delay[i], gear.ratio[i], gear.rigid[i],
+        gear.gain[i], gear.still[i], gear.sway[i], gear.bend[i], gear.speeds[i], gear.flow[i], gear.draw[i],
+        gear.slope[i], gear.soft[i], gear.quickening[i],
+    )  # fmt: skip
+
+
+@inner
+def handed(plant):
+    """The modes of the state that the valve now has in place of the last one's: pressure and place stay."""
+    motion, controls, own, bars = plant.motion, plant.controls, plant.controls.now, plant.table.bar
+    if own.before == own.state:
+        return
+    old = ValveArguments(gear_in(plant.gear, own.before), controls)
+    new = ValveArguments(gear_in(plant.gear, own.state), controls)
+    now, z, q, rate = motion.now, motion.z, plant.desk.aside_re, plant.desk.aside_im
+    last, turn, still = old.gear.to.shape[0], plant.turns[own.before, own.state], motion.count.mode == RESTING
+    recharge(old, 0.0)
+    first, speed, place = now.gap, now.rigid_rate, 0.0
+    ramp, modes = bars[own.before].ramp, modes_in(plant.table.modes, own.before)
+    for j in range(z.shape[1]):
+        late = modes.damping[j] / (modes.omega[j] * modes.omega[j])
+        q[j] = z[0, j] + modes.statics[j] * (own.force - ramp * late)
+        rate[j] = (1.0 - modes.oscillates[j]) * z[1, j] - modes.lam[j] * z[1, j] - modes.half[j] * z[0, j]
+        rate[j] += modes.statics[j] * ramp
+        if still:  # undeformed, whatever was kept when it came to rest
+            q[j] = rate[j] = 0.0
+        first -= q[j]
+        place += old.gear.ratio[last, j + 1] * q[j]
+    if still:
+        first = speed = 0.0
+    recharge(new, (new.gear.draw - old.gear.draw) * (place + old.gear.ratio[last, 0] * first))
+    ramp, modes = bars[own.state].ramp, modes_in(plant.table.modes, own.state)
+    for i in range(z.shape[1] + 1):
+        at, moved = turn[i, 0] * first, turn[i, 0] * speed
+        for j in range(z.shape[1]):
+            at += turn[i, j + 1] * q[j]
+            moved += turn[i, j + 1] * rate[j]
+        if i == 0:
+            now.rigid_rate = moved
+            continue
+        j = i - 1
+        late = modes.damping[j] / (modes.omega[j] * modes.omega[j])
+        z[0, j] = at - modes.statics[j] * (own.force - ramp * late)
+        z[1, j] = moved - modes.statics[j] * ramp
+        if modes.oscillates[j] > 0.0:
+            z[1, j] = -modes.inverse[j] * (z[1, j] + modes.half[j] * z[0, j])
 
 
 # ---- Which comes first
