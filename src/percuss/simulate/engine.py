@@ -135,18 +135,19 @@ def bar_of(body: Body, modes: DampedModes) -> np.void:
 
 def tabled_modes(spectrum: DampedModes, bar: np.void) -> kn.ModeTable:
     """The elastic modes, and what `bar` says of all of them."""
+    if not spectrum.omega.size:
+        return NO_MODES
     omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
     oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
     lam = spectrum.lam
     delta = np.zeros(omega.size)
     bar["law"] = law = _law(omega, damping, creeps)
     own = half[~creeps]
-    if omega.size:
-        bar["quickest"], bar["base"] = omega.max(), omega[0] if law == kn.POWERS else lam[0]
-        rates = half.copy()
-        rates[creeps] = np.minimum(half, omega * omega / np.where(creeps, damping, 1.0))[creeps]  # d/2 − κ ≥ ω²/d
-        bar["linger"] = rates.min()
-    if law == kn.POWERS and omega.size:
+    bar["quickest"], bar["base"] = omega.max(), omega[0] if law == kn.POWERS else lam[0]
+    rates = half.copy()
+    rates[creeps] = np.minimum(half, omega * omega / np.where(creeps, damping, 1.0))[creeps]  # d/2 − κ ≥ ω²/d
+    bar["linger"] = rates.min()
+    if law == kn.POWERS:
         bar["half"] = half[0]
         delta = oscillates * half * half / (omega + lam)
         bar["delta"] = delta.max()
@@ -171,10 +172,11 @@ def tabled_modes(spectrum: DampedModes, bar: np.void) -> kn.ModeTable:
     )
 
 
+NO_MODES = kn.ModeTable._make([*np.empty((12, 0)), np.empty(0, dtype=np.int64)])
+
+
 def _law(omega: Array, damping: Array, creeps: npt.NDArray[np.bool_]) -> int:
     """How the phasors of the modes are computed best, see `percuss.simulate.kernels.motion_records`."""
-    if not omega.size:
-        return kn.POWERS
     number = np.arange(1.0, omega.size + 1.0)
     if np.any(np.abs(omega - number * omega[0]) > _EQUAL * omega):
         return kn.SINGLY

@@ -282,7 +282,7 @@ class _Job(ABC):
         if {len(hammers), len(self.starts)} - {1, self.members} or not hammers or not len(self.starts):
             given = f"{len(hammers)} systems and {len(self.starts)} starts"
             raise ParameterError("starts", given, "as many starts as systems, or one of either")
-        self.stopped = np.zeros(1, dtype=np.int64)
+        self.stopped, self.local = np.zeros(1, dtype=np.int64), threading.local()
         self.found = np.zeros(self.members, MEMBER)
         for name in MEMBER.names or ():
             self.found[name] = np.nan if MEMBER[name].kind == "f" else 0
@@ -372,7 +372,6 @@ class _Systems(_Job):
         self._rows()
         self.tail = np.full((self.members, self.last), np.nan, PAST)
         self.motions: list[Trajectory | None] = [None] * (self.members if self.whole else 0)
-        self.local = threading.local()
         self.shared = table_of(self.hammers[0], self.modes) if len(self.hammers) == 1 else None
 
     def _rows(self) -> None:
@@ -485,7 +484,9 @@ class _Machines(_Job):
             return
         numbers = mechanism(machine, self.modes)
         begun, unit = machine_starts(numbers, starts), numbers.unit
-        SelfSwitching.ready(numbers, begun).follow(begun, self.stop, found, most_work(self.modes), self.stopped)
+        moved = SelfSwitching.ready(numbers, begun, getattr(self.local, "plant", None))
+        moved.follow(begun, self.stop, found, most_work(self.modes), self.stopped)
+        self.local.plant = moved.plant
         for name, of in (("end_time", unit), ("period", unit), ("blow_speed", 1.0 / unit)):
             found[name] *= of
         found["energy_lost_per_period"] /= unit**2

@@ -374,9 +374,7 @@ class Start:
         if self.modes not in (None, modes):
             remedy = "give amplitudes of as many, zeros for those that are not known"
             raise ParameterError("modes", modes, f"{self.modes}, of which the start has the amplitudes", remedy)
-        if isinstance(system, Machine):
-            system = still(system)
-        elif system is not None:
+        if system is not None and not isinstance(system, Machine):
             instance("system", system, System)
         u, v = np.zeros(size), np.zeros(size)
         for name, given, into in (("displacement", self.displacement, u), ("velocity", self.velocity, v)):
@@ -385,7 +383,7 @@ class Start:
                     f"modal_{name}", f"{len(given)} numbers", f"at most {size} (modes 0 to {modes})", "use more modes"
                 )
             into[: min(len(given), size)] = given[:size]
-        body, place = (UniformBar(1.0), 0) if system is None else (system.body, system.load.at)
+        body, place = (UniformBar(1.0), 0) if system is None else (system.body, place_of(system))
         elastic = body.modes(modes, place)
         unit = units(elastic)
         if isinstance(body, HeldBody) and self.source is None:
@@ -445,6 +443,11 @@ def _unloaded(machine: Machine) -> System:
 def still(hammer: System | Machine) -> System:
     """The system itself; of a machine its bar under no load, whose modes the amplitudes are."""
     return hammer if isinstance(hammer, System) else _unloaded(hammer)
+
+
+def place_of(hammer: System | Machine) -> int:
+    """Where a load or a valve acts: the number of the place on the bar."""
+    return hammer.at if isinstance(hammer, Machine) else hammer.load.at
 
 
 def _not_beyond(position: float) -> float:
@@ -621,13 +624,12 @@ class Starts(ShortRepr):
 
 def states_of(starts: Starts | Sequence[Start], modes: int, machine: Machine) -> tuple[Array, Array, Array]:
     """`Start.state` of all: u_n and u_n', n = 0 … N, each of shape (starts, N+1), and the gaps."""
-    system = still(machine)
     if not isinstance(starts, Starts):
-        u, v, gap = (np.array(part) for part in zip(*(start.state(modes, system) for start in starts), strict=True))
+        u, v, gap = (np.array(part) for part in zip(*(start.state(modes, machine) for start in starts), strict=True))
         return u, v, gap
     u, v = np.zeros((2, len(starts), modes + 1))
     for given, into in ((starts.displacement, u), (starts.velocity, v)):
         into[:, : given.shape[1]] = given[:, : modes + 1]
     gap = np.where(np.abs(starts.gap) <= _NOISE * np.abs(u).max(axis=1), 0.0, starts.gap)
-    u[:, 0] = gap - np.matmul(units(system.body.modes(modes, system.load.at)), u[:, 1:, None])[:, 0]
+    u[:, 0] = gap - np.matmul(units(machine.body.modes(modes, machine.at)), u[:, 1:, None])[:, 0]
     return u, v, gap

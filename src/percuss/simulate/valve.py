@@ -18,6 +18,7 @@ from percuss.model.machine import MachineModes, check_closed_form, machine_modes
 from percuss.simulate.engine import (
     GOES_ON,
     NO_LOG,
+    NO_MODES,
     Progress,
     Snapshot,
     bar_of,
@@ -25,6 +26,7 @@ from percuss.simulate.engine import (
     desk_for,
     gathered,
     tabled_modes,
+    to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
 from percuss.simulate.kernels import motion_records as kn
@@ -37,6 +39,7 @@ from percuss.simulate.stop import Stop
 
 _NODE = 1e-12
 _SOFTEST = 1e-100  # frequency of a chamber that is none
+_OF_MODES = ("law", "base", "base_half", "half", "delta", "quickest", "wane", "lasting", "linger")  # in a BAR
 
 
 @dataclass(frozen=True)
@@ -151,10 +154,7 @@ class Mechanism:
     @cached_property
     def tables(self) -> tuple[kn.MotionTable, kn.MotionTable]:
         """The kernels' tables of the machine, and of its rigid motion alone."""
-        return self._table(self.elastic(self.unit)), self._table(ElasticModes(*np.empty((4, 0))))
-
-    def _table(self, elastic: ElasticModes) -> kn.MotionTable:
-        machine, unit = self.machine, self.unit
+        machine, unit, elastic = self.machine, self.unit, self.elastic(self.unit)
         bar = bar_of(machine.body, elastic)
         bar["damping"] *= unit
         bar["wave"], bar["contact"] = bar["wave"] / unit, bar["contact"] / unit
@@ -165,16 +165,13 @@ class Mechanism:
         bar["pushing"] = np.inf
         bar["ramp"] = self.ramp * unit**3
         bar["lift"], bar["climb"] = self.gear.gain * bar["ramp"], bar["ramp"] * elastic.statics.sum()
-        none = np.empty(0)
-        return kn.MotionTable(
-            bar,
-            tabled_modes(elastic, bar),
-            kn.Harmonics(*(none.copy() for _ in range(6))),
-            np.empty((0, 2, elastic.omega.size)),
-            none,
-            none,
-            none,
-        )
+        modes, none = tabled_modes(elastic, bar), np.empty(0)
+        waves = kn.Harmonics(none, none, none, none, none, none)
+        table = kn.MotionTable(bar, modes, waves, np.empty((0, 2, self.modes)), none, none, none)
+        alone = to_change(table)._replace(modes=NO_MODES, coupling=np.empty((0, 2, 0)))
+        for name in _OF_MODES:
+            alone.bar[name] = 0.0
+        return table, alone
 
     @cached_property
     def gear(self) -> kn.Gear:
@@ -364,7 +361,8 @@ class Mechanism:
 
 def _stacked(records: list[Any]) -> Any:
     """One record of the arrays and numbers of several, with one more axis in front."""
-    return type(records[0])(*map(np.array, zip(*records, strict=True)))
+    columns = zip(*records, strict=True)
+    return type(records[0])(*(np.array(own) if len(own) > 1 else np.asarray(own[0])[None] for own in columns))
 
 
 def _together(tables: list[kn.MotionTable]) -> kn.MotionTable:
@@ -414,13 +412,28 @@ def kept(plant: kn.Plant) -> Kept:
 
 def plant_of(mechanism: Mechanism, arrays: Kept) -> kn.Plant:
     """A machine in a state whose motion stands there: the same memory; nothing else of it is shared."""
-    table, alone, gear, turns = mechanism.of_states
+    table, alone, gear, turns = _own_tables(mechanism)
     motion = Snapshot(*(arrays[name] for name in _OF_MOTION)).motion
     now, *rest = (arrays[f"valve_{name}"] for name in kn.Controls._fields)
     eye, spot = (Snapshot.empty(size, 1).motion for size in (mechanism.modes, 0))
-    own, single = (tables._replace(bar=copied(tables.bar)) for tables in (table, alone))
     controls, words = kn.Controls(now[0], *rest), now.view(np.int64)
-    return kn.Plant(own, single, gear, turns, motion, eye, spot, desk_for(own), desk_for(single), controls, words)
+    return kn.Plant(table, alone, gear, turns, motion, eye, spot, desk_for(table), desk_for(alone), controls, words)
+
+
+def _own_tables(mechanism: Mechanism) -> tuple[kn.MotionTable, kn.MotionTable, kn.Gear, Array]:
+    table, alone, gear, turns = mechanism.of_states
+    return table._replace(bar=copied(table.bar)), alone._replace(bar=copied(alone.bar)), gear, turns
+
+
+def plant_for(mechanism: Mechanism, queue: int, last: kn.Plant | None) -> kn.Plant:
+    """A machine to be put at starts, with room for orders that wait; in the memory of the last one if that fits."""
+    if last is not None:
+        controls = last.controls
+        sizes = (last.motion.z.shape[1], controls.usual.size, controls.cross.size)
+        if sizes == (mechanism.modes, mechanism.forces.size, len(mechanism.gear.ratio)) and controls.due.size >= queue:
+            table, alone, gear, turns = _own_tables(mechanism)
+            return last._replace(table=table, alone=alone, gear=gear, turns=turns)
+    return plant_of(mechanism, unmoved(mechanism, queue))
 
 
 def roomier(plant: kn.Plant) -> kn.Plant:
@@ -459,7 +472,7 @@ def machine_starts(mechanism: Mechanism, starts: Starts | Sequence[Start]) -> kn
     rows["state"] = [names.index(state) for state, *_ in asked]
     rows["last"] = [names.index(orders.last) for _, orders, *_ in asked]
     rows["waiting"], rows["asked"] = [len(one) for one in pending], [one for *_, one, _ in asked]
-    for i in np.unique(rows["state"]):
+    for i in set(rows["state"].tolist()):
         own, here = mechanism.in_state(i), rows["state"] == i
         q, rate, charge = own.ends(u[here]), own.ends(v[here]) * unit, np.zeros(np.count_nonzero(here))
         if own.supply is not None:
@@ -509,12 +522,12 @@ class SelfSwitching:
         return self.mechanism.modes
 
     @classmethod
-    def ready(cls, mechanism: Mechanism, starts: kn.MachineStarts) -> SelfSwitching:
-        """With room for the orders of these starts."""
+    def ready(cls, mechanism: Mechanism, starts: kn.MachineStarts, last: kn.Plant | None = None) -> SelfSwitching:
+        """With room for the orders of these starts; see `plant_for`."""
         queue = ROOM
         while queue < starts.due.shape[1] + mechanism.gear.to.size:
             queue *= 2
-        return cls(mechanism, plant_of(mechanism, unmoved(mechanism, queue)))
+        return cls(mechanism, plant_for(mechanism, queue, last))
 
     @classmethod
     def begun(cls, mechanism: Mechanism, start: Start, stop: Stop) -> tuple[SelfSwitching, Anchor, bool]:
