@@ -376,7 +376,8 @@ def flight_check(motion: Flown) -> Contactless:
 
 def stays_off(motion: Flown) -> bool:
     """Whether `flight_check` finds no passage: where one is deeper than any doubt, its time and depth are spared."""
-    first, _, deep = _search(motion, _MOST_DOUBT * motion.rigid_stroke)
+    doubt = _MOST_DOUBT if motion.requested_modes is None else _DEPTH  # of all modes nothing is left out
+    first, _, deep = _search(motion, doubt * motion.rigid_stroke)
     return not deep and (not np.isfinite(first) or flight_check(motion).violation is None)
 
 

@@ -73,7 +73,7 @@ def stays_off(orbit: PeriodicOrbit) -> bool:
     found = orbit.sampled
     if found.height > _CLEARLY * float(orbit.speeds.max()) * orbit.period:  # beyond what all modes may change of it
         return False
-    return found.proven or orbit.violation is None
+    return orbit._stays_off
 
 
 # ---- Whether the bar passes through the wall for a moment of a step along a branch, and at neither of its ends

@@ -422,14 +422,23 @@ def turn_modes(bar, modes, z, work, tau, late, slip):
     n = modes.omega.shape[0]
     if n == 0:
         return
-    if not abs(late) * bar.quickest + bar.delta * slip < SMALL:
+    anew = not abs(late) * bar.quickest + bar.delta * slip < SMALL
+    if anew:
         slip, late = phasors(bar, modes, work, tau), 0.0
     for i in range(modes.creeping.shape[0]):
         j = modes.creeping[i]
-        square = modes.omega[j] * modes.omega[j]
-        _, h, rate, left = creep(modes.damping[j], modes.signed[j], modes.omega[j], tau)
-        work.aside_re[j] = z[0, j] * left + z[1, j] * h
-        work.aside_im[j] = z[1, j] * rate - z[0, j] * (square * h)
+        d, square, q, w = modes.damping[j], modes.omega[j] * modes.omega[j], work.aside_re[j], work.aside_im[j]
+        if anew or not abs(late) * d < SMALL:
+            _, h, rate, left = creep(d, modes.signed[j], modes.omega[j], tau)
+            q, w = z[0, j] * left + z[1, j] * h, z[1, j] * rate - z[0, j] * (square * h)
+        elif late != 0.0:  # by its Taylor polynomial from where `elastic` left it
+            w2 = -d * w - square * q
+            w3 = -d * w2 - square * w
+            w4 = -d * w3 - square * w2
+            w5 = -d * w4 - square * w3
+            q += late * (w + late * (w2 / 2.0 + late * (w3 / 6.0 + late * (w4 / 24.0))))
+            w += late * (w2 + late * (w3 / 2.0 + late * (w4 / 6.0 + late * (w5 / 24.0))))
+        work.aside_re[j], work.aside_im[j] = q, w
     if bar.law == POWERS:
         fade, _ = fading(bar.half, tau)
         for j in range(n):

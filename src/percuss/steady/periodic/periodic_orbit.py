@@ -16,7 +16,7 @@ from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, count, finite, instance
 from percuss.model.load import Side
-from percuss.steady.flight import Contactless, Energy, Flight, Stretch, Violation, damped, flight_check
+from percuss.steady.flight import Contactless, Energy, Flight, Stretch, Violation, damped, flight_check, stays_off
 from percuss.steady.multipliers import CycleMap, Multipliers, Reason, Repeating, blocks, multipliers_of
 from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import ModalState
@@ -398,15 +398,25 @@ class PeriodicOrbit(Repeating):
         return found
 
     @cached_property
-    def _contactless(self) -> tuple[Contactless, ...]:
+    def _doubtful(self) -> tuple[Flight, ...]:
+        """The flights, on the scale of the orbit's stroke; none where samples prove that all stay off the wall."""
         fastest = self.system.body.modes(self.modes, self.system.load.at).omega[-1] if self.modes else 0.0
         many = (
             PER_WAVE * float(fastest) * self.period / TURN * self.modes > MOST
         )  # longer than a proof flight by flight
         if not many and self.sampled.proven:
-            return (Contactless(None),) * self.impacts
+            return ()
         stroke = max(flight.mean_range(flight.rigid_rebound) for flight in self.flights) or 1.0
-        return tuple(flight_check(replace(flight, rigid_stroke=stroke)) for flight in self.flights)
+        return tuple(replace(flight, rigid_stroke=stroke) for flight in self.flights)
+
+    @cached_property
+    def _contactless(self) -> tuple[Contactless, ...]:
+        return tuple(map(flight_check, self._doubtful)) or (Contactless(None),) * self.impacts
+
+    @cached_property
+    def _stays_off(self) -> bool:
+        """Whether there is no `violation`, whose time and depth are spared."""
+        return all(map(stays_off, self._doubtful))
 
     @cached_property
     def violation(self) -> Violation | None:
@@ -426,7 +436,7 @@ class PeriodicOrbit(Repeating):
         """Why the motion is not physical: `Reason.NO_BLOW` or `Reason.THROUGH_WALL`; None for one that is."""
         if not np.all(self.speeds > 0.0):
             return Reason.NO_BLOW
-        return None if self.violation is None else Reason.THROUGH_WALL
+        return None if self._stays_off else Reason.THROUGH_WALL
 
     @property
     def admissible(self) -> bool:
