@@ -325,6 +325,7 @@ def _beyond(motion: Flown, amplitude: Array) -> float:
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
 _DEPTH = 1e-9  # relative accuracy of the greatest depth
+_ROUNDED = 1e-12  # share of the terms of y below which rounding may have made what is seen
 _MOST_DOUBT = 1e-6  # share of the stroke above which a passage is one whatever the modes left out may do
 _NARROWEST = 1e-14  # share of the period below which a cell is not split further
 _MOST_WORK = 20_000_000  # modes × times
@@ -376,8 +377,11 @@ def flight_check(motion: Flown) -> Contactless:
 
 def stays_off(motion: Flown) -> bool:
     """Whether `flight_check` finds no passage: where one is deeper than any doubt, its time and depth are spared."""
-    doubt = _MOST_DOUBT if motion.requested_modes is None else _DEPTH  # of all modes nothing is left out
-    first, _, deep = _search(motion, doubt * motion.rigid_stroke)
+    doubt = _MOST_DOUBT * motion.rigid_stroke
+    if motion.requested_modes is not None:  # nothing is left out but by rounding
+        gamma = motion.system.body.modes(motion.modes, motion.system.load.at).gamma
+        doubt = max(_DEPTH * motion.rigid_stroke, _ROUNDED * float(np.abs(gamma) @ motion.state.amplitude))
+    first, _, deep = _search(motion, doubt)
     return not deep and (not np.isfinite(first) or flight_check(motion).violation is None)
 
 
