@@ -13,6 +13,7 @@ from percuss.simulate.kernels.modes import (
     elastic_apart,
     most_of,
     ramped,
+    rising,
     sine_cosine,
     sway,
     turn_modes,
@@ -196,8 +197,7 @@ def bounds_at_anchor(table, motion, desk):
     if modes.creeping.shape[0]:
         rung, rung1, rung2, rung3 = ringing(modes, motion.z)
         ring = (rung * GROWN, rung1 * GROWN, rung2 * GROWN, rung3 * GROWN)
-        most, sup1, sup2, sup3 = creeping(modes, motion.z, desk, 0.0)
-        sup1, sup2, sup3 = ring[1] + sup1, ring[2] + sup2, ring[3] + sup3
+        most = rising(modes, motion.z[0], motion.z[1])
     beat = bar.reach
     for k in range(osc.shape[1]):
         beat -= osc[0, k]

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from percuss.compiled import inlined, inlined_sums, inner
 from percuss.simulate.kernels.motion_records import EPS, POWERS, SINGLY
 
 # ---- Modes that are overdamped or close to it: they keep the value and the rate of their free motion
+
+SHARES = np.append(0.0, 1.0 / np.arange(1.0, 26.0))
 
 
 @inner
@@ -20,13 +24,11 @@ def creep(d, square, omega, tau):
         y = omega * tau
         y *= y
         before, term, g, h, rate = 0.0, 1.0, 0.5, 1.0, 1.0
-        k = 1.0
-        while k < 24.0:
-            before, term = term, -(x * term + y * before / k) / (k + 1.0)
-            k += 1.0
+        for k in range(1, 24):
+            before, term = term, -(x * term + y * before * SHARES[k]) * SHARES[k + 1]
             h += term
-            g += term / (k + 1.0)
-            rate += term * k
+            g += term * SHARES[k + 2]
+            rate += term * (k + 1)
             if abs(term) + abs(before) * y < 1e-19:
                 break
         g *= y
@@ -70,18 +72,25 @@ def most_of(d, square, omega, q, q1, tau, start, start1):
 
 
 @inner
-def creeping(modes, z, work, tau):
-    """Of the creeping modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives."""
-    # q(τ) and the rest are read off `work`, where `elastic` left them, unless τ is 0.
-    grown = 1.0 + 1e-12
-    most, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
+def rising(modes, q, q1):
+    """The most that Σ(q − q(τ)) of the creeping modes comes to from a time on, of their values and rates there."""
+    most = 0.0
     for i in range(modes.creeping.shape[0]):
         j = modes.creeping[i]
-        d, q, q1 = modes.damping[j], z[0, j], z[1, j]
-        if tau > 0.0:
-            q, q1 = work.aside_re[j], work.aside_im[j]
-            most += work.forced[j]
-        most += grown * (max(q1, 0.0) / d + 1.0001 * max(-q, 0.0))  # h ≤ 1/d and g ≥ −1e-4, see `creep`
+        most += max(q1[j], 0.0) / modes.damping[j] + 1.0001 * max(-q[j], 0.0)  # h ≤ 1/d and g ≥ −1e-4, see `creep`
+    return most * (1.0 + 1e-12)
+
+
+@inner
+def creeping(modes, z, work, tau):
+    """Of the creeping modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives."""
+    # q(τ) and the rest are read off `work`, where `elastic` left them.
+    grown = 1.0 + 1e-12
+    most, sup1, sup2, sup3 = rising(modes, work.aside_re, work.aside_im), 0.0, 0.0, 0.0
+    for i in range(modes.creeping.shape[0]):
+        j = modes.creeping[i]
+        d, q, q1 = modes.damping[j], work.aside_re[j], work.aside_im[j]
+        most += work.forced[j]
         _, one, two, three = most_of(d, modes.signed[j], modes.omega[j], q, q1, tau, z[0, j], z[1, j])
         sup1 += grown * one
         sup2 += grown * two
