@@ -6,6 +6,7 @@ package, so that the numbers are the same to the last bit.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import pickle
 import queue
@@ -13,6 +14,7 @@ import socket
 import threading
 import time
 import uuid
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any
@@ -23,7 +25,6 @@ from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import Chunk, packed
 
 _RECOUNT = 5.0  # seconds between two counts of the workers
-_FETCH = 1.0  # seconds to wait for the numbers of a chunk that is done, before looking after the others
 _LONELY = 60.0  # seconds without any worker after which nothing is expected any more
 _CHECK = (
     "check the address, that a firewall lets its port through, that 'dask scheduler' runs there, and that the versions "
@@ -153,23 +154,33 @@ class Cluster:
         self._ready = queue.Queue()
 
     def submit(self, chunk: Chunk) -> None:
-        """Have a chunk computed."""
+        """Have a chunk computed, and its numbers sent as soon as they are there, beside those of others."""
         key = f"{self._name}-{chunk.number}"
         arguments = (self._job, versions(), chunk.first, chunk.last)
         future = self._client.submit(_computed, *arguments, key=key, pure=False)
         self._out[future] = chunk
-        future.add_done_callback(self._ready.put)
+
+        async def sent() -> list[Columns]:
+            numbers: list[Columns] = await self._client.gather([future], asynchronous=True)
+            return numbers
+
+        ready = self._ready
+        sending = asyncio.run_coroutine_threadsafe(sent(), self._client.loop.asyncio_loop)
+        sending.add_done_callback(lambda done: ready.put((future, done)))
 
     def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
         """The chunks that are ready, waiting at most so long for the first."""
         self._check_alive()
+        found = []
         with suppress(queue.Empty):
-            future = self._ready.get(timeout=seconds)
-            if future in self._out and (columns := self._fetched(future)) is not None:
-                chunk = self._out.pop(future)
-                future.release()
-                return [(chunk, columns)]
-        return []
+            future, done = self._ready.get(timeout=seconds)
+            while True:
+                if (chunk := self._out.get(future)) is not None:
+                    found.append((chunk, self._numbers(chunk, done)))
+                    del self._out[future]
+                    future.release()
+                future, done = self._ready.get_nowait()
+        return found
 
     def cancel(self) -> None:
         """Forget all chunks; what a worker is at it ends by itself and is dropped."""
@@ -190,23 +201,19 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _fetched(self, future: Any) -> Columns | None:
+    def _numbers(self, chunk: Chunk, done: Any) -> Columns:
         from distributed.client import FutureCancelledError
         from distributed.comm.core import CommClosedError
         from distributed.scheduler import KilledWorker
 
-        chunk = self._out[future]
         try:
-            columns: Columns = future.result(timeout=_FETCH)
+            columns: Columns = done.result()[0]
             return columns
-        except TimeoutError:  # the worker that had it is gone: it is computed again
-            self._ready.put(future)
-            return None
         except KilledWorker:
             told = f"workers died, one after another, while computing items {chunk.first} to {chunk.last - 1}"
             remedy = "usually they have too little memory: see their logs, give them more or start fewer per machine"
             raise PercussError(told, remedy) from None
-        except (FutureCancelledError, CommClosedError) as error:
+        except (FutureCancelledError, CancelledError, CommClosedError) as error:
             raise PercussError(f"the dask scheduler at {self._address} is lost", _CHECK) from error
 
     def _check_alive(self) -> None:

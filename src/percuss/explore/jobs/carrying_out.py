@@ -180,6 +180,8 @@ _WAIT = 0.1  # seconds between two looks while others work
 
 _UNIT = 0.5  # seconds of work that are asked of a worker at once: what it has not sent is lost when the job is ended
 
+_AHEAD = 4  # units on their way to a worker and back, behind which a network may hide that it is slow
+
 _EVERY = 1.0  # seconds between two times when what is done of chunks that are not complete is kept …
 
 _SHARE = 0.03  # … more when keeping it would take more than this share of the time
@@ -368,7 +370,7 @@ class Task:
         mine = self._portions(waiting) if helping else iter(())
         out = 0
         while waiting or out or helping:
-            ahead = 2 if len(waiting) > 2 * pool.workers else 1  # towards the end, whoever is free takes the next
+            ahead = min(_AHEAD, max(1, len(waiting) // pool.workers))  # towards the end, whoever is free takes the next
             while waiting and out < ahead * pool.workers:
                 pool.submit(waiting.popleft())
                 out += 1
