@@ -9,13 +9,14 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from percuss.compiled import pipelines
 from percuss.stability import LinearMap
 from percuss.steady import secular_kernels as kn
 
 Complex = NDArray[np.complex128]
 
 
-@njit  # type: ignore[untyped-decorator]
+@njit(error_model="numpy", _nrt=False, **pipelines()[1])  # type: ignore[untyped-decorator]
 def _found(count: int, flat: bool, work: Any, state: Any) -> bool:
     live = kn.joined(count, work) if flat else kn.joined_in_plane(count, work)
     strong = kn.beside_poles(live, work, state) if flat else kn.beside_complex_poles(live, work, state)

@@ -278,6 +278,30 @@ def test_secular_roots_of_random_poles(n: int, seed: int, kind: str) -> None:
     assert complex(roots.sum()) == pytest.approx(float(poles.sum() - residues.sum()), abs=1e-11 * n)
 
 
+@pytest.mark.parametrize("kind", ["cosines", "crowds", "towards 0", "far apart"])
+@pytest.mark.parametrize("n", [513, 3000])
+def test_secular_roots_of_very_many_poles(n: int, kind: str) -> None:
+    """What far poles add is interpolated: beside sums over all poles, in long numbers."""
+    rng = np.random.default_rng(n)
+    poles = np.cos(rng.uniform(0.0, math.pi, n))
+    if kind == "crowds":
+        poles = rng.choice([-0.7, -0.2, 0.1, 0.9], n) + rng.normal(size=n) * 10.0 ** rng.uniform(-8, -1, n)
+    elif kind == "towards 0":
+        poles = rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-8, 0, n)
+    elif kind == "far apart":
+        poles[0], poles[1:] = 50.0, 1e-3 * poles[1:]
+    poles.sort()
+    residues = rng.random(n) * np.gradient(poles) * 10.0 ** rng.uniform(-4, -0.5, n)
+    roots = roots_of_poles(poles, residues).real
+    wide, x = poles.astype(np.longdouble), roots.astype(np.longdouble)
+    apart = x[:, None] - wide
+    np.fill_diagonal(apart, np.inf)
+    others = (residues / apart).sum(axis=1)
+    noise = 1e-15 * np.abs(residues / apart).sum(axis=1)
+    off = np.abs(x - (wide - residues / (1.0 + others)))
+    assert (off <= 4e-16 * np.abs(x) + np.abs(residues) * (1e-14 + 100.0 * noise)).all()
+
+
 def test_secular_roots_of_dead_and_of_equal_poles() -> None:
     assert sorted(roots_of_poles(np.array([0.3, -0.2]), np.zeros(2)).real) == [-0.2, 0.3]
     roots = roots_of_poles(np.array([0.5, 0.5, 0.5]), np.array([0.1, 0.1, 0.1]))

@@ -26,6 +26,9 @@ TIE = 1e-13  # moduli this near are one, as in percuss.steady.multipliers
 OUT = 1e150  # where a pole or a root is put that is not to count
 NEAR = 0.25  # a first step of at most this part of the distance to the next pole: a root beside its pole
 SWEEPS = 400
+MANY = 512  # poles from which on what the far ones add is interpolated
+LEAF = 32  # poles that are taken one by one
+NODES = 22  # of Chebyshev, to 5.8^−22 where no pole is nearer to an interval than its length
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
 LOOSE, PATIENCE = 1e-7, 12  # in a crowd larger ones, after so many sweeps
 
@@ -90,10 +93,10 @@ def joined_in_plane(count, work):
 
 
 @summed
-def real_sums(x, live, work):
-    """Σ w/(x − ξ) and its derivative."""
+def real_sums(x, first, last, work):
+    """Σ w/(x − ξ) over some poles, and its derivative."""
     total, slope = 0.0, 0.0
-    for j in range(live):
+    for j in range(first, last):
         inverse = 1.0 / (x - work[POLE, j])
         part = work[RESIDUE, j] * inverse
         total += part
@@ -132,12 +135,95 @@ def beside_complex_poles(live, work, state):
     return live
 
 
+# What many real poles add far from them is smooth. Intervals are halved until few poles are left in each; at each level
+# the sum over the poles that are not near (nearer than the length of the interval), and its derivative, are known at
+# nodes: interpolated from those of the interval that was halved, and added to by the poles that were near it and are
+# near no more. So all sums take time in proportion to the poles, and to the levels. Ends and near poles of a level are
+# in `state`, its middle, half length and sums in the row BEST of `work`, behind what the nodes have in common.
+
+ENDS, FROM, UPTO = range(3)  # of a level in the row STALLED
+LEVEL = 2 * NODES + 2
+
+
+@inner
+def halved(begin, end, level, live, work, state):
+    """An interval of the poles `begin` … `end` − 1, as `level`, in that of the level above."""
+    before = work[POLE, begin - 1] if begin else 2.0 * work[POLE, 0] - work[POLE, 1]
+    after = work[POLE, end] if end < live else 2.0 * work[POLE, live - 1] - work[POLE, live - 2]
+    left, right = 0.5 * (before + work[POLE, begin]), 0.5 * (work[POLE, end - 1] + after)
+    first, last = state[STALLED, 3 * (level - 1) + FROM], state[STALLED, 3 * (level - 1) + UPTO]
+    low, high = begin, end
+    while low > first and work[POLE, low - 1] > 2.0 * left - right:
+        low -= 1
+    while high < last and work[POLE, high] < 2.0 * right - left:
+        high += 1
+    at, here, middle, half = level * LEVEL, 3 * level, 0.5 * (left + right), 0.5 * (right - left)
+    work[BEST, at], work[BEST, at + 1] = middle, half
+    state[STALLED, here + ENDS], state[STALLED, here + FROM], state[STALLED, here + UPTO] = end, low, high
+    for k in range(NODES):
+        x = middle + half * work[BEST, k]
+        below, below_slope = real_sums(x, first, low, work)
+        above, above_slope = real_sums(x, high, last, work)
+        far, far_slope = far_sums(x, level - 1, work)
+        work[BEST, at + 2 + k] = below + above + far
+        work[BEST, at + 2 + NODES + k] = below_slope + above_slope + far_slope
+
+
+@inner
+def far_sums(x, level, work):
+    """What the poles that are not near an interval add at a place in it, and the derivative, from its nodes."""
+    if level == 0:
+        return 0.0, 0.0
+    at = level * LEVEL
+    place = (x - work[BEST, at]) / work[BEST, at + 1]
+    total, slope, weights = 0.0, 0.0, 0.0
+    for k in range(NODES):
+        off = place - work[BEST, k]
+        weight = work[BEST, NODES + k] / (off if off != 0.0 else 1e-300)
+        total += weight * work[BEST, at + 2 + k]
+        slope += weight * work[BEST, at + 2 + NODES + k]
+        weights += weight
+    return total / weights, slope / weights
+
+
 @inner
 def beside_poles(live, work, state):
     """The real roots that lie beside their poles; returns the number of the others, listed in `state`."""
+    if live <= MANY:
+        return beside_some(0, live, 0, live, 0, 0, live, work, state)
+    strong, begin, level, deepest = 0, 0, 0, work.shape[1] // LEVEL - 1
+    for k in range(NODES):
+        angle = (k + 0.5) * math.pi / NODES
+        work[BEST, k], work[BEST, NODES + k] = math.cos(angle), math.sin(angle) * (1.0 if k % 2 == 0 else -1.0)
+    state[STALLED, ENDS], state[STALLED, FROM], state[STALLED, UPTO] = live, 0, live
+    while begin < live:
+        end = state[STALLED, 3 * level + ENDS]
+        while end - begin > LEAF and level < deepest:
+            middle, low, high = 0.5 * (work[POLE, begin] + work[POLE, end - 1]), begin + 1, end - 1
+            while low < high:
+                between = (low + high) // 2
+                if work[POLE, between] < middle:
+                    low = between + 1
+                else:
+                    high = between
+            level, end = level + 1, low
+            halved(begin, end, level, live, work, state)
+        first, last = state[STALLED, 3 * level + FROM], state[STALLED, 3 * level + UPTO]
+        strong = beside_some(begin, end, first, last, level, strong, live, work, state)
+        begin = end
+        while level > 0 and state[STALLED, 3 * level + ENDS] <= begin:
+            level -= 1
+        if begin < live and level < deepest:
+            level += 1
+            halved(begin, state[STALLED, 3 * (level - 1) + ENDS], level, live, work, state)
+    return strong
+
+
+@inner
+def beside_some(begin, end, first, last, level, strong, live, work, state):
+    """The same of the poles `begin` … `end` − 1, an interval of `level`, to which `first` … `last` − 1 are near."""
     # Its steps at least halve, so that it stays in the nearer half of the way to the next pole: no root is found twice.
-    strong = 0
-    for j in range(live):
+    for j in range(begin, end):
         pole, residue = work[POLE, j], work[RESIDUE, j]
         room = min(
             pole - work[POLE, j - 1] if j > 0 else math.inf, work[POLE, j + 1] - pole if j + 1 < live else math.inf
@@ -145,7 +231,11 @@ def beside_poles(live, work, state):
         work[POLE, j], work[RESIDUE, j] = OUT, 0.0
         x, found, most = pole, False, NEAR * room
         for _ in range(12):
-            others, slope = real_sums(x, live, work)
+            others, slope = real_sums(x, first, last, work)
+            if level > 0:
+                far, far_slope = far_sums(x, level, work)
+                others += far
+                slope += far_slope
             away = x - pole
             step = (away * (1.0 + others) + residue) / (1.0 + others + away * slope)
             if not abs(step) <= most:
@@ -321,13 +411,18 @@ def real_fractions(beta, alpha, speed, bar, work):
         small = alpha * beta * decay / large if large != 0.0 else 0.0
         gap = large - small if large != small else 1.0
         for pole, width in ((large, gap), (small, -gap)):
-            residue = gamma * ((a * pole - beta * decay) * g + b * pole * h) / width
-            at = count
-            while at > 0 and work[POLE, at - 1] > pole:
-                work[POLE, at], work[RESIDUE, at] = work[POLE, at - 1], work[RESIDUE, at - 1]
-                at -= 1
-            work[POLE, at], work[RESIDUE, at] = pole, residue
+            work[POLE, count] = pole
+            work[RESIDUE, count] = gamma * ((a * pole - beta * decay) * g + b * pole * h) / width
             count += 1
+    step = 1 if count <= MANY else count // 2
+    while step > 0:  # Shell's sorting; of few poles, by insertion
+        for i in range(step, count):
+            pole, residue, at = work[POLE, i], work[RESIDUE, i], i
+            while at >= step and work[POLE, at - step] > pole:
+                work[POLE, at], work[RESIDUE, at] = work[POLE, at - step], work[RESIDUE, at - step]
+                at -= step
+            work[POLE, at], work[RESIDUE, at] = pole, residue
+        step = 1 if step == 2 else int(step / 2.25)
     return count
 
 

@@ -296,6 +296,7 @@ class Task:
         """Write a chunk when all of it is there."""
         if self.kept is not None and not self.kept.done[number] and not self.there.gaps(*self._bounds(number)):
             self.kept.write(number, joined(self._open.pop(number)))
+            self._pending = [record for record in self._pending if record[0] // self.chunk != number]
 
     def keep_all(self) -> None:
         """Keep what is done of chunks that are not complete."""
@@ -307,7 +308,7 @@ class Task:
             self.kept.keep(self._open_records(), anew=True)
             self._most_underway = 2 * self.kept.bytes_underway + _MOST_UNDERWAY
         else:
-            self.kept.keep([record for record in pending if not self.kept.done[record[0] // self.chunk]])
+            self.kept.keep(pending)
         self._keep_next = begin + max(_EVERY, (time.monotonic() - begin) / _SHARE)
 
     def _open_records(self) -> list[Record]:
