@@ -148,10 +148,13 @@ def sure_rise(size, v, a, first, jerk, wide):
 
 
 @inner
-def bent_back(guess, u, v, m, near):
-    """Since when u − v h + m h²/2, h counted back from a guess, is below 0 up to `near` it; inf: it is not there."""
-    begin, end = below(u, v, max(m, 0.0))
-    return max(guess - end, 0.0) if begin <= near else math.inf
+def bent_back(guess, u, v, a, jerk, near):
+    """Since when u − v h + a h²/2 + jerk h³/6, h counted back from a guess, is below 0 up to `near` it; or inf."""
+    # Up to some h the last term is at most that in place of its third factor: a parabola. Looked for short of the root.
+    ahead = 0.5 * a + math.sqrt(0.25 * a * a + (2.0 / 3.0) * jerk * max(v, 0.0))
+    far = min(1.8 * v / ahead, guess) if ahead > 0.0 else guess
+    begin, end = below(u, v, max(a + jerk * far / 3.0, 0.0))
+    return guess - min(end, far, guess) if begin <= near < far else math.inf
 
 
 @inlined
@@ -169,8 +172,8 @@ def tried(table, motion, desk, way, bounds, guess):
         top = max(ds + bounds.top + wrong, 0.0)
         free_from = guess - below_since(wrong, vs - bounds.sup1, top, vs, bounds.up, width)
         if free_from > guess:  # … and by its own Taylor polynomial, with what rounding may have done to it
-            slow, bent = v - size.rush - size.push * first, a + size.crush + bounds.jerk * guess / 3.0
-            free_from = bent_back(guess, wrong, slow, bent, width)
+            slow, bent = v - size.rush - size.push * first, a + size.crush
+            free_from = bent_back(guess, wrong, slow, bent, bounds.jerk, width)
     return free_from, (guess, y, v, a), width, slip
 
 
