@@ -14,7 +14,7 @@ from percuss.explore import Archive, Axis, Basins, Experiment, basins, experimen
 from percuss.explore.attractors.basin import basins_job
 from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own, speed_scale
 from percuss.explore.attractors.experiments import experiment_job, wilson
-from percuss.explore.attractors.hammers import MACHINE_COLUMNS, ClockedHammer, Tally, invariants_of
+from percuss.explore.attractors.hammers import MACHINE_COLUMNS, ClockedHammer, StartTally, invariants_of
 from percuss.explore.jobs.archive_export import dataset_of
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model import Chamber, Machine, Port, Reversed, UniformBar, Valve
@@ -404,7 +404,7 @@ def test_motions_are_counted_alike_in_any_portions(seed):
     columns["cycle_impacts"] = random.integers(0, 3, size)
     columns["invariants"][columns["cycle_impacts"] == 0] = np.nan
     known = {name: values[columns["code"] >= 0] for name, values in columns.items()}
-    number, tally = hammer.matched(known, hammer.speed), Tally(hammer)
+    number, tally = hammer.matched(known, hammer.speed), StartTally(hammer)
     cuts = np.unique(np.append(random.integers(0, size, 9), [0, size]))
     for i in random.permutation(cuts.size - 1):
         tally.add(int(cuts[i]), {name: values[cuts[i] : cuts[i + 1]] for name, values in columns.items()})

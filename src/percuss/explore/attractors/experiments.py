@@ -28,7 +28,7 @@ from percuss.explore.attractors.drawn_starts import (
     start_values,
     starts_from,
 )
-from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, Tally, hammer_of, seconds_of_start
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, StartTally, hammer_of, seconds_of_start
 from percuss.explore.jobs.archive_export import OfColumns, variables_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
@@ -275,9 +275,9 @@ class StartsFollowed(OfColumns):
         return self.counted.numbers(self.known)
 
     @cached_property
-    def counted(self) -> Tally:
+    def counted(self) -> StartTally:
         """How many starts settle on what."""
-        tally = Tally(self.hammer, self.distance)
+        tally = StartTally(self.hammer, self.distance)
         tally.add(0, self.columns)
         return tally
 
@@ -339,7 +339,7 @@ class _Followed:
     def __init__(self, hammer: Hammer, items: Any, distance: float, rows: int) -> None:
         from percuss.explore.jobs.carrying_out import Sheet
 
-        self.tally, self._sheet = Tally(hammer, distance), Sheet(items, rows)
+        self.tally, self._sheet = StartTally(hammer, distance), Sheet(items, rows)
         self.columns = self._sheet.columns
 
     def put(self, first: int, columns: Columns) -> None:
@@ -368,7 +368,7 @@ class Experiment(StartsFollowed):
 
     distribution: str
     seed: int
-    tally: Tally | None = field(default=None, repr=False)
+    tally: StartTally | None = field(default=None, repr=False)
 
     @classmethod
     def from_archive(cls, archive: Any, rows: int = KEPT_STARTS) -> Experiment:
@@ -389,7 +389,7 @@ class Experiment(StartsFollowed):
         return int(self.counted.members.sum())
 
     @cached_property
-    def counted(self) -> Tally:
+    def counted(self) -> StartTally:
         """How many starts settle on what."""
         return super().counted if self.tally is None else self.tally
 

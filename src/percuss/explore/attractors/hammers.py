@@ -200,7 +200,7 @@ class Hammer(ABC):
         values = cls.tells_apart(columns, speed)
         return cls.labels(columns), np.where(np.isfinite(values), values, 1e9)
 
-    def attractors(self, tally: Tally, modes: int, stop: Stop) -> tuple[Attractor, ...]:
+    def attractors(self, tally: StartTally, modes: int, stop: Stop) -> tuple[Attractor, ...]:
         """The attractors that were counted, with the figures of their first members, which are followed once more."""
         from percuss.simulate import run
 
@@ -215,7 +215,7 @@ class Hammer(ABC):
         return tuple(found)
 
 
-class Tally:
+class StartTally:
     """What motions settle on, counted as they come: memory for the attractors, not for the motions.
 
     Motions among which no number leaves a gap stay one attractor whatever comes besides, and of them only the ends
