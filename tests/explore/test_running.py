@@ -87,6 +87,40 @@ def test_processes(processes, tmp_path, chunk):
     assert same(Archive.open(tmp_path / "a.zarr").read(), whole(job))
 
 
+class Comes:
+    """A pool in this process whose workers come and go as a cluster's do: each time it is asked, another number."""
+
+    def __init__(self, numbers: list[int]) -> None:
+        self._numbers, self._waiting = itertools.cycle(numbers), []
+        self.most = 0
+
+    @property
+    def workers(self) -> int:
+        return next(self._numbers)
+
+    def begin(self, job: Any) -> None:
+        self._job = job
+
+    def submit(self, chunk: Chunk) -> None:
+        self._waiting.append(chunk)
+        self.most = max(self.most, len(self._waiting))
+
+    def finished(self, seconds: float) -> list[Any]:
+        if not self._waiting:
+            return []
+        chunk = self._waiting.pop()  # the last first
+        return [(chunk, self._job.compute(chunk.first, chunk.last, lambda: False))]
+
+
+@pytest.mark.parametrize("numbers", [[1], [2, 0], [0, 0, 3, 0], [0, 1, 0, 0, 2], [5, 0, 0, 0]])
+def test_workers_that_come_and_go(tmp_path, numbers):
+    """Also from none at all for a while to some, whenever they are counted."""
+    job, pool = Sines(101), Comes(numbers)
+    assert same(carry_out(job, pool=pool, chunk=7, archive=tmp_path / "a.zarr"), whole(job))
+    assert pool.most <= 4 * max(numbers)
+    assert same(Archive.open(tmp_path / "a.zarr").read(), whole(job))
+
+
 def test_processes_of_its_own(tmp_path):
     """What takes longer than starting processes is given to them, in portions that a short measurement suggests."""
     job, seen = Sines(400, sleep=0.01), []

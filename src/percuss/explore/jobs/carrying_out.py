@@ -371,8 +371,9 @@ class Task:
         mine = self._portions(waiting) if helping else iter(())
         out = 0
         while waiting or out or helping:
-            ahead = min(_AHEAD, max(1, len(waiting) // pool.workers))  # towards the end, whoever is free takes the next
-            while waiting and out < ahead * pool.workers:
+            there = pool.workers  # none, perhaps, for a while
+            ahead = min(_AHEAD, max(1, len(waiting) // max(1, there)))  # at the end, whoever is free takes the next
+            while waiting and out < ahead * there:
                 pool.submit(waiting.popleft())
                 out += 1
             helping = helping and next(mine, _END) is not _END
