@@ -12,6 +12,7 @@ from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
 from percuss.case.case import case_of, without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES
+from percuss.case.file_format.reading import toml_text, value_at, with_value
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
 from percuss.case.parameters.description import parameters, plain_tables
 from percuss.case.parameters.moves import MOVES, RELATIVE, placed
@@ -172,6 +173,26 @@ def test_sizes_of_a_bar_of_sections_are_those_of_its_sections(name: str) -> None
 def test_a_key_of_nothing_is_not_varied(key: str) -> None:
     with pytest.raises((ParameterError, CaseError)):
         Case.from_text(si_case(sizes=STEPPED)).varied({key: "1 mm"})
+
+
+@pytest.mark.parametrize("name", [machine.name for machine in MACHINES] + [case.name for case in STRUCTURES])
+def test_a_varied_case_is_the_one_that_would_be_read(name: str) -> None:
+    """The table of a key is read anew and no other: the same case, and the same refusal, as from a whole text."""
+    case = load_case(name)
+
+    def read(values: dict[str, Any]) -> Case:
+        ((key, value),) = values.items()
+        return Case.from_text(toml_text(with_value(case.to_dict(), key, value)), case.file, case.folder)
+
+    for key in varied_keys(case):
+        for value in (value_at(case.to_dict(), key), 0.3, -1, "1 parsec", None) if key != "load.scale" else ():
+            told = []
+            for make in (case.varied, read):
+                try:
+                    told.append(make({key: value}).tables)
+                except CaseError as error:
+                    told.append(str(error))
+            assert told[0] == told[1], (key, value)
 
 
 @pytest.mark.parametrize("name", ["s", "d", "restitution", "kappa", "load_factor", "amplitude"])

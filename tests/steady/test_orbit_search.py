@@ -358,7 +358,23 @@ def test_samples_prove_what_bounds_prove(system: System, p: int, n: int, modes: 
         check_samples(PeriodicOrbit(system, n, tuple(ended.times[row].tolist()), modes, rebound))
 
 
-def check_samples(orbit: PeriodicOrbit) -> None:
+@pytest.mark.parametrize("seed", [*range(40), 259])  # the last: a part whose middle is far from the wall, its end near
+def test_parts_that_are_left_out_hold_no_greater_maximum(seed: int) -> None:
+    """Of many modes, where most of a flight is not sampled: off the wall, and back to it with its waves ringing."""
+    random = np.random.default_rng(seed)
+    mean, s = random.uniform(0.1, 1.2), random.uniform(3.0, 30.0)
+    load = (
+        Load.square(mean, random.uniform(1.1, 1.6)) if seed % 4 == 3 else Load.harmonic(mean, random.uniform(0.2, 2.0))
+    )
+    system = System(s=s, d=10.0 ** random.uniform(-5.0, -1.0), restitution=random.uniform(0.0, 0.9), load=load)
+    for modes in (16, 48):
+        for orbit in steady_states(system, modes=modes).orbits:
+            check_samples(PeriodicOrbit(system, 1, (orbit.phase,), modes))
+        for flight in random.uniform(0.2, 6.0, 3):
+            check_samples(PeriodicOrbit(system, 1, (0.1, 0.1 + float(flight)), modes), steps=True)
+
+
+def check_samples(orbit: PeriodicOrbit, steps: bool = False) -> None:
     if orbit.resonant_modes:
         return
     seen = orbit.sampled
@@ -377,7 +393,7 @@ def check_samples(orbit: PeriodicOrbit) -> None:
         flight = orbit.flights[seen.flight]
         place = flight.end_motion(np.array([seen.time + orbit.times[0] - flight.phase]), orbit.modes)[0]
         assert place[0] == pytest.approx(seen.height, rel=0, abs=1e-9 * size)
-    if not orbit.system.load.is_piecewise:  # else the samples begin anew at each step
+    if steps or not orbit.system.load.is_piecewise:  # else the samples begin anew at each step
         assert seen.height >= max(heights) - 1e-9 * size
 
 

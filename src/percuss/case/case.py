@@ -354,8 +354,10 @@ class Case:
         >>> case.varied({"bar.length": "0.4 m"}).system().s < case.system().s
         True
         """
-        data = self.to_dict()
-        for key, value in mapping("values", values, "dotted keys and their values").items():
+        given = mapping("values", values, "dotted keys and their values")
+        own = {key.partition(".")[0] for key in given if isinstance(key, str)} & self.tables.model_fields_set
+        data = self.tables.model_dump(include=own, exclude_unset=True, by_alias=True)
+        for key, value in given.items():
             try:
                 if "." not in checked_text("values", key):
                     raise LookupError(key)
@@ -363,15 +365,23 @@ class Case:
             except LookupError:
                 remedy = "for example bar.length or bar.sections[0].length"
                 raise ParameterError("values", key, "a key with its table", remedy) from None
-        return self._with(data)
+        nominal, uncertain = without_uncertainty(data, self.file)
+        if own == data.keys() and not uncertain and not self.uncertain:
+            with suppress(ValidationError):  # which is told of all tables together
+                fresh = {name: type(getattr(self.tables, name)).model_validate(nominal[name]) for name in own}
+                return self._beside(self.tables.model_copy(update=fresh), ())
+        return self._with({**self.to_dict(), **data})
 
     def _with(self, data: dict[str, Any]) -> Case:
-        """A case of other tables beside the same recording, which is read once at most: it may be gone by now."""
         nominal, given = without_uncertainty(data, self.file)
         here, new = self.to_dict() if self.uncertain else {}, dict(given)
         kept = [pair for pair in self.uncertain if pair[0] not in new]
         kept = [pair for pair in kept if value_at(nominal, pair[0]) == value_at(here, pair[0])]
-        changed = Case(checked_tables(nominal, self.file), self.file, self.folder, (*kept, *given))
+        return self._beside(checked_tables(nominal, self.file), (*kept, *given))
+
+    def _beside(self, tables: PhysicalCase | PlainCase, uncertain: tuple[tuple[str, str], ...]) -> Case:
+        """The case of other tables with the same recording, which is read once at most: it may be gone by now."""
+        changed = Case(tables, self.file, self.folder, uncertain)
         if "_recording" in self.__dict__ and changed.tables.load == self.tables.load:
             changed.__dict__["_recording"] = self._recording
         return changed

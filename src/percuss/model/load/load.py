@@ -404,7 +404,7 @@ class Load(ShortRepr):
 
     def acting_at(self, number: int) -> Load:
         """The same load on another place of the body: 0, the driven end, or the number of a step."""
-        return replace(self, at=number)
+        return self if number is self.at else replace(self, at=number)
 
     def __setstate__(self, state: dict[str, object]) -> None:
         """Copies and unpickled loads are as read-only as their originals."""

@@ -92,7 +92,7 @@ def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
         moved=np.empty(length),
         free=np.empty((8, modes)),
         spun=np.empty((6, waves)),
-        stretch=np.empty(9),
+        stretch=np.empty(10),
     )
 
 
@@ -525,8 +525,8 @@ X, X_RATE, NOW, NOW_RATE, PA, PB, PC, PE = range(8)
 # rows of `spun`: H_k, exp(ikθ) at the sample, and from sample to sample
 H_RE, H_IM, COSINE, SINE, TURN_COSINE, TURN_SINE = range(6)
 # of the stretch: where it begins, the level, w, p, how long it is, a bound of |y''|, the size of the terms, and bounds
-# of |y''| without the x_n, and of their |y'|, with what rounding makes of it
-BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE, STEADY_BEND, RINGING = range(9)
+# of |y''| without the x_n, and of their |y'|, with what rounding makes of it, and of their |y|
+BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE, STEADY_BEND, RINGING, SWING = range(10)
 # found: the greatest maximum, when after the impact, in which flight; whether nothing is nearer than the proof sees
 HEIGHT, WHEN, WHICH, PROVEN = range(4)
 
@@ -661,7 +661,7 @@ def bounded(room, rebound):
     """A bound of |y''| on the stretch, and how large the terms of y are."""
     at, modal, waves, spun, free = room.stretch, room.modal, room.waves, room.spun, room.free
     d, push, long = room.numbers[DRAG], abs(at[FORCED]), at[LONG]
-    swing, forces, rates, bend, size, ringing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    swings, forces, rates, bend, size, ringing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     at[STEADY_BEND] = push + d * abs(at[DRIFT])
     for j in range(waves.shape[1]):
         forces += math.hypot(waves[P_RE, j], waves[P_IM, j])
@@ -676,10 +676,12 @@ def bounded(room, rebound):
         swing = abs(modal[GAMMA, n]) * math.hypot(free[X, n], free[X_RATE, n] / omega)
         bend += swing * (modal[SQUARE, n] + modal[DAMPING, n] * omega)
         ringing += swing * omega
-        size += swing
+        swings += swing
+    size += swings
     fastest = abs(rebound) + rates + rates + push * long
     at[BEND] = bend + room.numbers[FREE] * forces + push + d * fastest
     at[SIZE] = size + fastest * long
+    at[SWING] = swings
     at[RINGING] = ringing + ROUNDING * (ringing + fastest)
 
 
@@ -725,20 +727,33 @@ def stretch(room, i, time, whole, number, found, apart):
     safe_start = -2.0 * room.numbers[BETA] * room.impacts[SPEED, i] / at[BEND] if time == 0.0 else 0.0
     coming = room.impacts[SPEED, (i + 1) % room.impacts.shape[1]]
     safe_stop = whole - 2.0 * coming / at[BEND] if time + at[LONG] >= whole * (1.0 - 1e-14) else whole
-    part, last, skipped = max(SMALLEST, number // PARTS), 0, False
+    part, last, skipped, below = max(SMALLEST, number // PARTS), 0, False, False
+    wide = part
     while last < number:
-        first, last = last, min(last + part, number)
-        if goes_one_way(room, first * step, last * step):
+        first, last = last, min(last + wide, number)
+        middle, rest = steady(room, 0.5 * step * (first + last))
+        half = 0.5 * step * (last - first)
+        nearest = middle + at[SWING] + half * (abs(rest) + 0.5 * at[STEADY_BEND] * half) + small
+        one_way = abs(rest) > at[RINGING] + at[STEADY_BEND] * half  # rising or falling: the x_n cannot turn it
+        if nearest < 0.0 and (one_way or nearest < found[HEIGHT]):
+            below, wide = True, 2 * wide  # off the wall, and no maximum there is the greatest
+            continue
+        if wide > part:
+            last, wide = first, part
+            continue
+        if one_way:
             y, rate, _ = placed(room, last * step)
             leaves = time == 0.0 and first == 0 and rate < 0.0
             strikes = last == number and safe_stop < whole and rate > 0.0
-            if not leaves and not strikes and max(y, before) + small >= 0.0:
+            if not leaves and not strikes and max(y, -math.inf if below else before) + small >= 0.0:
                 found[PROVEN] = 0.0
-            before, speed, skipped = y, rate, True
+            before, speed, skipped, below = y, rate, True, False
             continue
-        if skipped:
+        if below:
+            before, speed, _ = placed(room, first * step)
+        if skipped or below:
             moved(room, first * step)
-            skipped = False
+            skipped, below = False, False
         for m in range(first + 1, last + 1):
             t = m * step
             y, rate = sampled(room, t)
@@ -751,15 +766,19 @@ def stretch(room, i, time, whole, number, found, apart):
 
 
 @inner
-def goes_one_way(room, low, high):
-    """Whether y is proved to only rise, or only fall, between two times of a stretch: the x_n cannot turn it."""
-    at, waves, spun, t = room.stretch, room.waves, room.spun, 0.5 * (low + high)
+def steady(room, t):
+    """y and y' at a time of a stretch without the x_n."""
+    at, waves, spun = room.stretch, room.waves, room.spun
     d = room.numbers[DRAG]
-    rate = at[DRIFT] * math.exp(-d * t) + at[FORCED] * t * phi1(d * t)
+    fade = t * phi1(d * t)
+    y = at[LEVEL] + at[DRIFT] * fade + at[FORCED] * t * t * phi2(d * t)
+    rate = at[DRIFT] * math.exp(-d * t) + at[FORCED] * fade
     for j in range(waves.shape[1]):
         angle = waves[K, j] * (at[BEGIN] + t)
-        rate -= waves[K, j] * (spun[H_RE, j] * math.sin(angle) + spun[H_IM, j] * math.cos(angle))
-    return abs(rate) > at[RINGING] + 0.5 * at[STEADY_BEND] * (high - low)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        y += spun[H_RE, j] * cosine - spun[H_IM, j] * sine
+        rate -= waves[K, j] * (spun[H_RE, j] * sine + spun[H_IM, j] * cosine)
+    return y, rate
 
 
 @inner
