@@ -355,7 +355,7 @@ class Case:
         True
         """
         given = mapping("values", values, "dotted keys and their values")
-        own = {key.partition(".")[0] for key in given if isinstance(key, str)} & self.tables.model_fields_set
+        own = {key.partition(".")[0] for key in given} & self.tables.model_fields_set
         data = self.tables.model_dump(include=own, exclude_unset=True, by_alias=True)
         for key, value in given.items():
             try:
